@@ -1,0 +1,152 @@
+//! What became of one building: what [`reconstruct`](mod@crate::reconstruct) returns, and what sinks and reports take.
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::site::{Coverage, Frame, Ground};
+use crate::solid::Model;
+
+/// One footprint after the run: with a model or with a reason.
+#[derive(Debug, Clone)]
+pub struct Building {
+    /// The id, exactly as in the footprint file (made unique where it was not).
+    pub id: String,
+    /// The local frame of the model.
+    pub frame: Frame,
+    /// The footprint's attributes, passed through.
+    pub attributes: Map<String, Value>,
+    /// The geometry, on the grid of `frame`.
+    pub model: Model,
+    /// Whether LoD 2.2 was reached, and if not, why.
+    pub outcome: Outcome,
+    /// What was measured.
+    pub measures: Measures,
+    /// What the reader of the result should know: repairs of the footprint, a made-up id, an incomplete tile.
+    pub notes: Vec<String>,
+}
+
+/// Whether LoD 2.2 was reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "outcome")]
+pub enum Outcome {
+    /// Every part is a valid LoD 2.2 solid.
+    Lod22,
+    /// The building is a LoD 1.2 block.
+    Lod12 {
+        /// Why there is no LoD 2.2.
+        reason: Reason,
+        /// The particulars, for a person.
+        detail: String,
+    },
+    /// Only the footprint is written.
+    FootprintOnly {
+        /// Why there is no solid.
+        reason: Reason,
+        /// The particulars, for a person.
+        detail: String,
+    },
+    /// The feature has no usable geometry; only its attributes are written.
+    Rejected {
+        /// Why.
+        reason: Reason,
+        /// The particulars, for a person.
+        detail: String,
+    },
+}
+
+impl Outcome {
+    /// The reason, unless LoD 2.2 was reached.
+    pub fn reason(&self) -> Option<(Reason, &str)> {
+        match self {
+            Self::Lod22 => None,
+            Self::Lod12 { reason, detail }
+            | Self::FootprintOnly { reason, detail }
+            | Self::Rejected { reason, detail } => Some((*reason, detail)),
+        }
+    }
+}
+
+/// Why a building is not a LoD 2.2 solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Reason {
+    /// The feature has no polygon: null or empty geometry, a line, a point, or a ring beyond repair.
+    NoPolygon,
+    /// No building point lies in the footprint.
+    NoPoints,
+    /// Fewer building points than a plane needs.
+    TooFewPoints,
+    /// The given tiles do not cover the footprint.
+    Incomplete,
+    /// No planar primitive was found in the points.
+    NoPrimitives,
+    /// The labelling found nothing inside.
+    NothingInside,
+    /// The solid would have been invalid.
+    InvalidSolid,
+    /// The method failed in a way that is a fault of the program; the detail says where.
+    Internal,
+}
+
+/// What was measured of a building. Heights are metres in the local frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Measures {
+    /// The ground.
+    pub ground: Option<Ground>,
+    /// How far the tiles cover the footprint.
+    pub coverage: Option<Coverage>,
+    /// Number of building points.
+    pub points: usize,
+    /// Building points per square metre of footprint.
+    pub point_density: Option<f64>,
+    /// Share of the footprint's area farther than 1 m from any building point, 0 to 1.
+    pub no_data_share: Option<f64>,
+    /// Number of detected planar primitives after refinement.
+    pub primitives: usize,
+    /// Number of cells of the complex.
+    pub cells: usize,
+    /// The shape of the roof.
+    pub roof_type: Option<RoofType>,
+    /// Number of distinct roof planes of the LoD 2.2 model.
+    pub roof_planes: Option<usize>,
+    /// Heights of the roof: lowest, median, 70th percentile and highest of the building points on roofs.
+    pub roof_heights: Option<RoofHeights>,
+    /// Height of the highest edge between two roof planes.
+    pub ridge_height: Option<f64>,
+    /// Root mean square of the vertical distances of the building points to the LoD 1.2 and LoD 2.2 roofs.
+    pub rmse_lod12: Option<f64>,
+    /// See [`Self::rmse_lod12`].
+    pub rmse_lod22: Option<f64>,
+    /// Volume in cubic metres.
+    pub volume_lod12: Option<f64>,
+    /// Volume in cubic metres.
+    pub volume_lod22: Option<f64>,
+    /// val3dity codes of the LoD 2.2 solid that was rejected; empty when it is valid.
+    pub faults_lod22: Vec<u16>,
+}
+
+/// Percentiles of the roof height, metres in the local frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RoofHeights {
+    /// Lowest.
+    pub min: f64,
+    /// Median.
+    pub p50: f64,
+    /// 70th percentile: the height of the LoD 1.2 block.
+    pub p70: f64,
+    /// Highest.
+    pub max: f64,
+}
+
+/// The shape of a roof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RoofType {
+    /// One horizontal plane.
+    Flat,
+    /// Several horizontal planes at different heights.
+    MultipleFlat,
+    /// At least one sloped plane.
+    Slanted,
+}

@@ -1,0 +1,37 @@
+//! **gable** turns airborne laser tiles and building footprints into LoD 2 city models.
+//!
+//! The road runs one way: a tile goes in at one end, a city model comes out at the other.
+//!
+//! ```text
+//! LAS/LAZ/COPC tiles ─┐
+//!                     ├─► segment ─► Site ─► reconstruct ─► Solid ─► validate ─► sink
+//! footprints ─────────┘   (join)   (1 bldg)  (the method)  (labelled)            (CityJSON, …)
+//! ```
+//!
+//! - [`source`] reads points, footprints and coordinate reference systems.
+//! - [`segment`] joins them into one [`site::Site`] per footprint.
+//! - [`reconstruct`] is the method of *Reconstructing Compact Building Models from Point Clouds Using Deep
+//!   Implicit Fields* (Chen, Ledoux, Khademi, Nan, 2022): pure, deterministic, one building at a time.
+//! - [`solid`] is what it returns, on the integer grid of the output.
+//! - [`validate`] decides whether a solid may be written.
+//! - [`sink`] writes models, one file per format.
+//! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
+//! - [`evaluate`] measures how good a model is.
+//!
+//! A lower floor never imports a higher one: `cli → run → {source, segment, sink} → reconstruct → {solid, site} →
+//! geometry`.
+
+pub mod building;
+pub mod cli;
+pub mod error;
+pub mod evaluate;
+pub mod geometry;
+pub mod reconstruct;
+pub mod report;
+pub mod run;
+pub mod segment;
+pub mod sink;
+pub mod site;
+pub mod solid;
+pub mod source;
+pub mod validate;

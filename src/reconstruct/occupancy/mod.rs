@@ -1,0 +1,9 @@
+//! Occupancy (paper, section 3.3): how much each cell is inside.
+
+use super::complex::Complex;
+
+/// An implicit field that says how much each cell of a complex is inside the building.
+pub trait Occupancy {
+    /// One value per cell, 0 (outside) to 1 (inside), in the order of [`Complex::cells`].
+    fn occupancy(&self, complex: &Complex) -> Vec<f64>;
+}

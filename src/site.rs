@@ -1,0 +1,107 @@
+//! The unit of work: all that is known of one building.
+
+use geo::MultiPolygon;
+use nalgebra::Point3;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
+pub const QUANTUM: f64 = 1e-4;
+
+/// The local frame of a building: metres, axes parallel to those of the CRS, origin near the building.
+///
+/// The origin is a whole number of CRS units that depends on the footprint alone, so that neither tiling nor
+/// neighbours change a single bit of the result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Origin in CRS coordinates; whole numbers.
+    pub origin: [f64; 3],
+    /// Metres per CRS unit, along x, y and z.
+    pub metres_per_unit: [f64; 3],
+}
+
+impl Frame {
+    /// CRS coordinates to local metres.
+    pub fn to_local(&self, crs: [f64; 3]) -> Point3<f64> {
+        Point3::from(std::array::from_fn(|i| (crs[i] - self.origin[i]) * self.metres_per_unit[i]))
+    }
+
+    /// Local metres to CRS coordinates.
+    pub fn to_crs(&self, local: &Point3<f64>) -> [f64; 3] {
+        std::array::from_fn(|i| self.origin[i] + local[i] / self.metres_per_unit[i])
+    }
+
+    /// Size of one step of the output grid in metres, along x, y and z.
+    pub fn step(&self) -> [f64; 3] {
+        self.metres_per_unit.map(|m| m * QUANTUM)
+    }
+
+    /// The grid point nearest to a local point.
+    pub fn to_grid(&self, local: &Point3<f64>) -> [i64; 3] {
+        let step = self.step();
+        std::array::from_fn(|i| (local[i] / step[i]).round() as i64)
+    }
+
+    /// A grid point in local metres.
+    pub fn from_grid(&self, grid: [i64; 3]) -> Point3<f64> {
+        let step = self.step();
+        Point3::from(std::array::from_fn(|i| grid[i] as f64 * step[i]))
+    }
+}
+
+/// Where the ground height of a site comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GroundSource {
+    /// Ground-class points in a ring around the footprint.
+    GroundPoints,
+    /// The lowest points inside the footprint, for want of ground points.
+    LowestPoints,
+    /// The bottom face of the axis-aligned bounding box, for want of both.
+    BoundingBox,
+}
+
+/// The ground around a building.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// Robust local ground height, metres in the local frame.
+    pub height: f64,
+    /// Spread of the ground heights around it (interquartile range), metres.
+    pub spread: f64,
+    /// Where it comes from.
+    pub source: GroundSource,
+}
+
+/// How far the given tiles cover a footprint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coverage {
+    /// Share of the footprint's area inside the extent of some tile, 0 to 1.
+    pub share: f64,
+}
+
+impl Coverage {
+    /// Whether the footprint lies wholly inside the given tiles (1 ‰ of its area may be missing).
+    pub fn is_complete(&self) -> bool {
+        self.share >= 0.999
+    }
+}
+
+/// All that is known of one building.
+#[derive(Debug, Clone)]
+pub struct Site {
+    /// The building's id as text, exactly as in the footprint file (made unique where it was not).
+    pub id: String,
+    /// The local frame of everything below.
+    pub frame: Frame,
+    /// Footprint in local metres, valid by the simple-feature rules, exteriors counter-clockwise; z is dropped.
+    /// `None` for a single object without a footprint.
+    pub footprint: Option<MultiPolygon<f64>>,
+    /// Building points in local metres, sorted by x, y, z and without exact duplicates.
+    pub points: Vec<Point3<f64>>,
+    /// The ground around the building.
+    pub ground: Ground,
+    /// How far the tiles cover the footprint.
+    pub coverage: Coverage,
+    /// The footprint's attributes, passed through to the model.
+    pub attributes: Map<String, Value>,
+}

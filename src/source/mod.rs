@@ -1,0 +1,5 @@
+//! What comes in: points, footprints, coordinate reference systems.
+
+pub mod crs;
+pub mod footprints;
+pub mod points;
