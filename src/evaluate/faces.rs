@@ -110,11 +110,8 @@ mod tests {
     #[test]
     fn triangles_of_a_block_merge_into_six_faces() {
         let block = block("a", [0.0; 3], [4.0, 5.0, 6.0]);
-        let faces = block
-            .triangles
-            .iter()
-            .map(|(t, _)| ShapeFace { rings: vec![t.to_vec()], kind: None, solid: 0 })
-            .collect();
+        let faces =
+            block.triangles.iter().map(|(t, _)| ShapeFace { rings: vec![t.to_vec()], kind: None, solid: 0 }).collect();
         let triangulated = Shape::new("a", faces, &[]);
         assert_eq!(count_faces(&triangulated), [FaceCount { faces: 12, merged: 6, triangles: 12 }]);
         assert_eq!(count_faces(&block), [FaceCount { faces: 6, merged: 6, triangles: 12 }]);

@@ -18,7 +18,8 @@ impl NearestFace {
     pub fn new(shape: &Shape) -> Option<Self> {
         let corners: Vec<Vector> =
             shape.triangles.iter().flat_map(|(t, _)| t.iter().map(|p| Vector::new(p.x, p.y, p.z))).collect();
-        let triangles: Vec<[u32; 3]> = (0..shape.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..shape.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         TriMesh::new(corners, triangles).ok().map(|mesh| Self { mesh })
     }
 
@@ -111,7 +112,7 @@ impl SplitMix {
 }
 
 /// A seed that depends on the id alone (FNV-1a).
-pub fn seed_of(id: &str) -> u64 {
+pub(super) fn seed_of(id: &str) -> u64 {
     id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 

@@ -245,7 +245,8 @@ mod tests {
         let prism = |angle: f64| {
             let low = square(angle);
             let high: Vec<_> = low.iter().map(|p| Point3::new(p.x, p.y, 4.0)).collect();
-            let mut rings: Vec<_> = (0..4).map(|i| vec![low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]]).collect();
+            let mut rings: Vec<_> =
+                (0..4).map(|i| vec![low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]]).collect();
             rings.push(high);
             rings.push(low.into_iter().rev().collect());
             let faces = rings.into_iter().map(|ring| ShapeFace { rings: vec![ring], kind: None, solid: 0 });

@@ -64,7 +64,8 @@ impl Shape {
     /// The shape of a reconstructed building, in its own frame: LoD 2.2 where it has one, else LoD 1.2. `None` when it
     /// has no solid.
     pub fn of_building(building: &Building) -> Option<Self> {
-        let solids: Vec<&Solid> = building.model.parts.iter().filter_map(|p| p.lod22.as_ref().or(p.lod12.as_ref())).collect();
+        let solids: Vec<&Solid> =
+            building.model.parts.iter().filter_map(|p| p.lod22.as_ref().or(p.lod12.as_ref())).collect();
         let mut faces = Vec::new();
         for (solid, index) in solids.iter().zip(0_u32..) {
             faces.extend(solid.faces.iter().map(|face| ShapeFace {
@@ -109,7 +110,8 @@ impl Shape {
     pub fn volume(&self) -> f64 {
         let Some((first, _)) = self.triangles.first() else { return 0.0 };
         let anchor = first[0];
-        let six: f64 = self.triangles.iter().map(|([a, b, c], _)| (b - anchor).cross(&(c - anchor)).dot(&(a - anchor))).sum();
+        let six: f64 =
+            self.triangles.iter().map(|([a, b, c], _)| (b - anchor).cross(&(c - anchor)).dot(&(a - anchor))).sum();
         six / 6.0
     }
 }

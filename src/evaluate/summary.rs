@@ -28,8 +28,9 @@ impl DistanceSummary {
     pub fn of(distances: impl IntoIterator<Item = f32>) -> Option<Self> {
         let mut signed: Vec<f32> = distances.into_iter().collect();
         let count = signed.len();
-        let squares: f64 = signed.iter().map(|&d| f64::from(d).powi(2)).sum();
         signed.sort_unstable_by(f32::total_cmp);
+        // Summed in sorted order, so that the order of tiles changes no digit.
+        let squares: f64 = signed.iter().map(|&d| f64::from(d).powi(2)).sum();
         let offset = percentile(&signed, 0.5)?;
         let mut absolute: Vec<f32> = signed.iter().map(|d| d.abs()).collect();
         absolute.sort_unstable_by(f32::total_cmp);
