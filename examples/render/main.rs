@@ -138,34 +138,20 @@ fn tile(shape: &Shape, points: &[Point3<f64>], view: View, views: usize) -> Tile
     let faces = count_faces(shape);
     let [total, merged] = [faces.iter().map(|c| c.faces).sum::<usize>(), faces.iter().map(|c| c.merged).sum()];
     let mut caption = vec![shape.id.clone()];
-    caption.push(match shape.aabb() {
-        Some(aabb) => {
-            let [x, y, z] = aabb.extent();
-            format!(
-                "{} solids, {total} faces ({merged} merged), {x:.1} x {y:.1} x {z:.1} m, {:.0} m3",
-                faces.len(),
-                shape.volume()
-            )
-        }
-        None => "no model".to_owned(),
+    caption.push(if shape.faces.is_empty() {
+        "no model".to_owned()
+    } else {
+        format!("{} solid(s), {total} faces ({merged} merged), {:.0} m3", faces.len(), shape.volume())
     });
     if !points.is_empty() {
         let bare = points.iter().filter(|(_, d)| d.is_none()).count();
         let figures = DistanceSummary::of(points.iter().filter_map(|(_, d)| d.map(|d| d as f32)));
-        caption.push(figures.map_or_else(
-            || format!("{} points, none over a roof", points.len()),
-            |s| {
-                let highest = points.iter().map(|(p, _)| p.z).fold(f64::NEG_INFINITY, f64::max);
-                let top = shape.aabb().map_or(0.0, |a| a.max[2] - highest);
-                format!(
-                    "{} points ({bare} without roof): median {:.2}, p90 {:.2}, {:.0}% in 0.2 m, top {top:+.2}",
-                    points.len(),
-                    s.median,
-                    s.p90,
-                    100.0 * s.within_0_2
-                )
-            },
-        ));
+        let highest = points.iter().map(|(p, _)| p.z).fold(f64::NEG_INFINITY, f64::max);
+        let top = shape.aabb().map_or(0.0, |aabb| aabb.max[2] - highest);
+        caption.push(format!("{} points, {bare} without roof, top {top:+.2}", points.len()));
+        caption.extend(
+            figures.map(|s| format!("median {:.2}, p90 {:.2}, {:.0}% in 0.2 m", s.median, s.p90, 100.0 * s.within_0_2)),
+        );
     }
     Tile { pictures: pictures.collect(), caption }
 }

@@ -40,18 +40,18 @@ pub fn picture(shapes: &[&Shape], points: &[ScannedPoint], view: View) -> Option
     let lamp = Camera::at(lamp_azimuth, 42.0).fit(seen(), light.samples(), 4.0);
     if view.floor {
         for triangle in floor(shapes) {
-            canvas.face(&camera, &triangle, srgb([232, 230, 222]));
+            canvas.face(&camera, &triangle, srgb([250, 249, 245]), 1.0);
         }
     }
     for shape in shapes {
         for (triangle, face) in &shape.triangles {
-            canvas.face(&camera, triangle, lit(colour_of(shape.kind(*face)), triangle, &lamp));
-            light.face(&lamp, triangle, [0.0; 3]);
+            canvas.face(&camera, triangle, colour_of(shape.kind(*face)), facing(triangle, &lamp));
+            light.face(&lamp, triangle, [0.0; 3], 1.0);
         }
         if shape.faces.is_empty() {
             // A building without a model lies flat in a colour that no surface has.
             for triangle in &shape.outline {
-                canvas.face(&camera, &triangle.map(|p| p + Vector3::z() * 0.02), srgb([120, 130, 200]));
+                canvas.face(&camera, &triangle.map(|p| p + Vector3::z() * 0.02), srgb([120, 130, 200]), 1.0);
             }
         }
     }
@@ -84,12 +84,10 @@ fn colour_of(kind: SurfaceType) -> Colour {
     })
 }
 
-/// The colour of a triangle by how it faces the lamp.
-fn lit(colour: Colour, [a, b, c]: &[Point3<f64>; 3], lamp: &Camera) -> Colour {
+/// Cosine of the angle between a triangle and the light, 0 when it looks away.
+fn facing([a, b, c]: &[Point3<f64>; 3], lamp: &Camera) -> f32 {
     let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::z);
-    let facing = normal.dot(&lamp.back).max(0.0) as f32;
-    let brightness = 0.5 + 0.5 * facing;
-    colour.map(|c| c * brightness)
+    normal.dot(&lamp.back).max(0.0) as f32
 }
 
 /// The colour of a point by its height over the roof in metres: green on it, to red above and to blue below, black where
@@ -106,8 +104,13 @@ fn floor(shapes: &[&Shape]) -> Vec<[Point3<f64>; 3]> {
     let outline = || shapes.iter().flat_map(|s| s.outline.iter().flatten());
     let bound =
         |pick: fn(&Point3<f64>) -> f64, start: f64, keep: fn(f64, f64) -> f64| outline().map(pick).fold(start, keep);
-    let (x0, x1) = (bound(|p| p.x, f64::INFINITY, f64::min) - 5.0, bound(|p| p.x, f64::NEG_INFINITY, f64::max) + 5.0);
-    let (y0, y1) = (bound(|p| p.y, f64::INFINITY, f64::min) - 5.0, bound(|p| p.y, f64::NEG_INFINITY, f64::max) + 5.0);
+    // Wide enough to fill the picture whatever its shape.
+    let margin =
+        10.0 * shapes.iter().filter_map(|s| s.aabb()).fold(50.0, |m: f64, b| b.extent().into_iter().fold(m, f64::max));
+    let (x0, x1) =
+        (bound(|p| p.x, f64::INFINITY, f64::min) - margin, bound(|p| p.x, f64::NEG_INFINITY, f64::max) + margin);
+    let (y0, y1) =
+        (bound(|p| p.y, f64::INFINITY, f64::min) - margin, bound(|p| p.y, f64::NEG_INFINITY, f64::max) + margin);
     let lowest = |s: &&Shape| s.aabb().map(|b| b.min[2]);
     let z = shapes.iter().filter_map(lowest).fold(f64::INFINITY, f64::min) - 0.05;
     if !(x0.is_finite() && y0.is_finite() && z.is_finite()) {

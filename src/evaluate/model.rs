@@ -93,6 +93,12 @@ pub fn read_points(paths: &[std::path::PathBuf], classes: &[u8], model: &ModelFi
     let mut out = Vec::new();
     for path in paths {
         let mut r = las::Reader::from_path(path).unwrap();
-let d = r.read_all().unwrap(); for (((x, y), z), c) in d.x().zip(d.y()).zip(d.z()).zip(d.classification()) { if classes.contains(&c) { out.push(model.frame.to_local([x, y, z])); } } }
+        let d = r.read_all().unwrap();
+        for (((x, y), z), c) in d.x().zip(d.y()).zip(d.z()).zip(d.classification()) {
+            if classes.contains(&c) {
+                out.push(model.frame.to_local([x, y, z]));
+            }
+        }
+    }
     Ok(out)
 }
