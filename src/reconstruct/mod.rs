@@ -11,4 +11,4 @@ mod parameters;
 pub mod primitives;
 pub mod surface;
 
-pub use parameters::Parameters;
+pub use parameters::{Detector, Parameters};
