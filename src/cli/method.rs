@@ -1,0 +1,252 @@
+//! The parameters of the method as flags, made from [`Parameters`] itself.
+//!
+//! A field of [`Parameters`] becomes a flag without a line here: its name is the flag, its documentation the help, its
+//! default the default, its type decides what is accepted. Fields of nested structures are joined by a dash.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Command, FromArgMatches};
+use serde_json::Value;
+
+use crate::reconstruct::Parameters;
+
+/// The parameters of the method as flags.
+#[derive(Debug, Clone, Default)]
+pub struct MethodArgs(pub Parameters);
+
+/// One parameter.
+struct Flag {
+    /// The flag without its dashes.
+    name: String,
+    /// Where it stands in the JSON form of [`Parameters`], as a JSON pointer.
+    pointer: String,
+    /// What the documentation of the field says.
+    help: String,
+    /// What it accepts.
+    kind: Kind,
+    /// Its default; null when it has none.
+    default: Value,
+}
+
+/// What a flag accepts.
+#[derive(Clone)]
+enum Kind {
+    /// One of these names, each with its documentation.
+    Choice(Vec<(String, String)>),
+    /// A JSON value of this type: `number`, `integer` or `boolean`.
+    Json(String),
+    /// Text.
+    Text,
+}
+
+impl Kind {
+    /// What a schema without references accepts.
+    fn of(schema: &Value) -> Self {
+        let variants = |key: &str| schema.get(key).and_then(Value::as_array);
+        if let Some(names) = variants("enum") {
+            let names = names.iter().filter_map(Value::as_str).map(|name| (name.to_owned(), String::new()));
+            return Self::Choice(names.collect());
+        }
+        if let Some(variants) = variants("oneOf") {
+            let named = variants.iter().filter_map(|variant| {
+                Some((variant.get("const")?.as_str()?.to_owned(), description(variant)))
+            });
+            return Self::Choice(named.collect());
+        }
+        // The first alternative that is not null: an optional value is one that may be left out.
+        if let Some(some) = variants("anyOf").and_then(|all| all.iter().find(|s| type_of(s) != Some("null"))) {
+            return Self::of(some);
+        }
+        match type_of(schema) {
+            Some(kind @ ("number" | "integer" | "boolean")) => Self::Json(kind.to_owned()),
+            _ => Self::Text,
+        }
+    }
+
+    fn parser(&self) -> ValueParser {
+        match self {
+            Self::Choice(names) => {
+                let values = names.iter().map(|(name, help)| PossibleValue::new(name.clone()).help(help.clone()));
+                PossibleValuesParser::new(values).map(Value::String).into()
+            }
+            Self::Json(kind) => {
+                let kind = kind.clone();
+                ValueParser::new(move |text: &str| -> Result<Value, String> {
+                    let value: Value = serde_json::from_str(text.trim()).unwrap_or_default();
+                    let fits = match kind.as_str() {
+                        "boolean" => value.is_boolean(),
+                        "integer" => value.is_i64() || value.is_u64(),
+                        _ => value.is_number(),
+                    };
+                    fits.then_some(value).ok_or_else(|| format!("a value of type {kind} is expected"))
+                })
+            }
+            Self::Text => ValueParser::new(|text: &str| Ok::<_, String>(Value::String(text.to_owned()))),
+        }
+    }
+
+    fn placeholder(&self) -> &'static str {
+        match self {
+            Self::Choice(_) => "NAME",
+            Self::Json(kind) if kind == "boolean" => "BOOL",
+            Self::Json(_) => "NUMBER",
+            Self::Text => "TEXT",
+        }
+    }
+}
+
+/// The type of a schema; of several, the first that is not null.
+fn type_of(schema: &Value) -> Option<&str> {
+    match schema.get("type")? {
+        Value::Array(types) => types.iter().filter_map(Value::as_str).find(|&t| t != "null"),
+        one => one.as_str(),
+    }
+}
+
+/// The documentation of a schema without the marks of rustdoc links.
+fn description(schema: &Value) -> String {
+    let text = schema.get("description").and_then(Value::as_str).unwrap_or_default();
+    text.replace("[`", "`").replace("`]", "`").replace('\n', ' ').trim_end_matches('.').to_owned()
+}
+
+/// One flag per parameter, in the order of the fields.
+fn flags() -> Vec<Flag> {
+    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
+    let schema = settings.into_generator().into_root_schema_for::<Parameters>().to_value();
+    let default = serde_json::to_value(Parameters::default()).unwrap_or_default();
+    let mut flags = Vec::new();
+    collect(&schema, &default, "", "", &mut flags);
+    flags
+}
+
+fn collect(schema: &Value, default: &Value, prefix: &str, pointer: &str, flags: &mut Vec<Flag>) {
+    let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
+    for (field, schema) in properties {
+        let name = format!("{prefix}{}", field.replace('_', "-"));
+        let pointer = format!("{pointer}/{field}");
+        let default = default.get(field).unwrap_or(&Value::Null);
+        if schema.get("properties").is_some() {
+            collect(schema, default, &format!("{name}-"), &pointer, flags);
+        } else {
+            flags.push(Flag { name, pointer, help: description(schema), kind: Kind::of(schema), default: default.clone() });
+        }
+    }
+}
+
+impl clap::Args for MethodArgs {
+    fn augment_args(command: Command) -> Command {
+        flags().into_iter().fold(command, |command, flag| {
+            let mut arg = Arg::new(flag.name.clone())
+                .long(flag.name)
+                .help(flag.help)
+                .help_heading("Method")
+                .value_name(flag.kind.placeholder())
+                .value_parser(flag.kind.parser());
+            match flag.default {
+                Value::Null => {}
+                Value::String(text) => arg = arg.default_value(text),
+                other => arg = arg.default_value(other.to_string()),
+            }
+            command.arg(arg)
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for MethodArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut method = Self::default();
+        method.update_from_arg_matches(matches)?;
+        Ok(method)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        let fault = |text: String| clap::Error::raw(ErrorKind::ValueValidation, text + "\n");
+        let mut parameters = serde_json::to_value(&self.0).map_err(|e| fault(e.to_string()))?;
+        for flag in flags() {
+            if matches.value_source(&flag.name) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            let (Some(value), Some(place)) =
+                (matches.get_one::<Value>(&flag.name), parameters.pointer_mut(&flag.pointer))
+            else {
+                continue;
+            };
+            *place = value.clone();
+            self.0 = serde_json::from_value(parameters.clone())
+                .map_err(|e| fault(format!("invalid value '{value}' for '--{}': {e}", flag.name)))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use serde_json::json;
+
+    use super::*;
+    use crate::reconstruct::Detector;
+
+    #[derive(Debug, Parser)]
+    struct Cli {
+        #[command(flatten)]
+        method: MethodArgs,
+    }
+
+    #[test]
+    fn every_parameter_is_a_flag_with_help() {
+        let fields = serde_json::to_value(Parameters::default()).unwrap();
+        let flags = flags();
+        assert!(flags.len() >= fields.as_object().unwrap().len());
+        for flag in &flags {
+            assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
+            assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the parameters", flag.pointer);
+        }
+        let mut names: Vec<_> = flags.iter().map(|f| &f.name).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), flags.len(), "two flags of one name");
+    }
+
+    #[test]
+    fn defaults_are_those_of_the_parameters() {
+        assert_eq!(Cli::try_parse_from(["gable"]).unwrap().method.0, Parameters::default());
+    }
+
+    #[test]
+    fn a_flag_sets_its_parameter_and_nothing_else() {
+        let set = Cli::try_parse_from(["gable", "--detector", "ransac"]).unwrap().method.0;
+        assert_eq!(set, Parameters { detector: Detector::Ransac, ..Parameters::default() });
+        let message = Cli::try_parse_from(["gable", "--detector", "ransack"]).unwrap_err().to_string();
+        assert!(message.contains("region-growing") && message.contains("'ransac'"), "{message}");
+    }
+
+    #[test]
+    fn kinds_follow_the_schema() {
+        let parse = |schema: Value, text: &str| {
+            let command = Command::new("x").arg(Arg::new("v").long("v").value_parser(Kind::of(&schema).parser()));
+            let matches = command.try_get_matches_from(["x".to_owned(), format!("--v={text}")]);
+            matches.ok().and_then(|m| m.get_one::<Value>("v").cloned())
+        };
+        assert_eq!(parse(json!({"type": "number"}), "0.25"), Some(json!(0.25)));
+        assert_eq!(parse(json!({"type": ["number", "null"]}), "x"), None);
+        assert_eq!(parse(json!({"type": "integer"}), "1.5"), None);
+        assert_eq!(parse(json!({"type": "boolean"}), "true"), Some(json!(true)));
+        assert_eq!(parse(json!({"enum": ["a", "b"]}), "b"), Some(json!("b")));
+        assert_eq!(parse(json!({"anyOf": [{"oneOf": [{"const": "a"}]}, {"type": "null"}]}), "b"), None);
+    }
+
+    #[test]
+    fn nested_parameters_are_joined_by_a_dash() {
+        let schema = json!({"properties": {"cut": {"properties": {"max_cells": {"type": "integer", "description": "d"}}}}});
+        let mut flags = Vec::new();
+        collect(&schema, &json!({"cut": {"max_cells": 3}}), "", "", &mut flags);
+        assert_eq!((flags[0].name.as_str(), flags[0].pointer.as_str()), ("cut-max-cells", "/cut/max_cells"));
+        assert_eq!(flags[0].default, json!(3));
+    }
+}
