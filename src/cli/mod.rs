@@ -36,4 +36,6 @@ Exit codes:
   2  finished, but some buildings lack a model (the summary and the report say which and why)";
 
 /// x
-pub fn main() -> ExitCode { ExitCode::SUCCESS }
+pub fn main() -> ExitCode {
+    ExitCode::SUCCESS
+}

@@ -43,7 +43,7 @@ pub(super) struct Hypotheses {
 impl Hypotheses {
     /// Detects the roofs and concludes the walls.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
-        let detection = primitives::detect(&site.points, &parameters.detection, seed(&site.id));
+        let detection = primitives::detect(&site.points, parameters, seed(&site.id));
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let detected = roofs.len() + walls.len();
@@ -122,8 +122,7 @@ fn flat_roof(points: &[Point3<f64>]) -> Result<Primitive, Failure> {
 /// The box to cut: the footprint (or the points) with a margin, from the ground to just above the roofs.
 fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>>) -> Result<Aabb, Failure> {
     let seen = roofs.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize));
-    let mut bounds =
-        Aabb::of(seen).ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane has points"))?;
+    let mut bounds = Aabb::of(seen).ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane has points"))?;
     if let Some(rect) = footprint.and_then(geo::BoundingRect::bounding_rect) {
         (bounds.min[0], bounds.min[1]) = rect.min().x_y();
         (bounds.max[0], bounds.max[1]) = rect.max().x_y();
@@ -135,7 +134,8 @@ fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>
     bounds.max[2] += TOP_MARGIN;
     bounds.min[2] = site.ground.height;
     if bounds.min[2] + TOP_MARGIN >= bounds.max[2] {
-        let detail = format!("the highest roof point lies {:.2} m below the ground", bounds.min[2] - bounds.max[2] + TOP_MARGIN);
+        let detail =
+            format!("the highest roof point lies {:.2} m below the ground", bounds.min[2] - bounds.max[2] + TOP_MARGIN);
         return Err(Failure::new(Reason::NothingInside, detail));
     }
     Ok(bounds)
@@ -159,7 +159,11 @@ fn reach(roof: &mut Primitive, label: u32, map: &RoofMap) {
 /// The trace of a wall that was scanned.
 fn wall_trace(wall: &Primitive, points: &[Point3<f64>]) -> Option<Trace> {
     let normal = Unit::try_new(wall.plane.normal.xy(), 1e-6)?;
-    let mean = wall.inliers.iter().filter_map(|&i| points.get(i as usize)).fold((Vector3::zeros(), 0.0), |(s, n), p| (s + p.coords, n + 1.0));
+    let mean = wall
+        .inliers
+        .iter()
+        .filter_map(|&i| points.get(i as usize))
+        .fold((Vector3::zeros(), 0.0), |(s, n), p| (s + p.coords, n + 1.0));
     let mean = (mean.0 / f64::max(mean.1, 1.0)).xy();
     let mut trace = Trace { normal, offset: normal.dot(&mean), span: [0.0, 0.0], kind: PrimitiveKind::HeightJump };
     let along = trace.direction();

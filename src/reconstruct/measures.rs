@@ -55,10 +55,8 @@ pub fn ridge_height(solids: &[Solid]) -> Option<f64> {
 /// Root mean square of the vertical distances of `points` to the roof faces above or below them, the nearest in height
 /// where there are several; points beside every roof do not count. `None` when no point counts.
 pub fn rmse<'a>(solids: impl IntoIterator<Item = &'a Solid>, points: &[Point3<f64>]) -> Option<f64> {
-    let roofs: Vec<Roof> = solids
-        .into_iter()
-        .flat_map(|solid| solid.faces.iter().filter_map(move |face| Roof::of(solid, face)))
-        .collect();
+    let roofs: Vec<Roof> =
+        solids.into_iter().flat_map(|solid| solid.faces.iter().filter_map(move |face| Roof::of(solid, face))).collect();
     let (mut sum, mut count) = (0.0, 0.0);
     for point in points {
         let nearest = roofs

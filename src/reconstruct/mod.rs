@@ -25,6 +25,7 @@ use complex::{Complex, MAX_CELLS, OUTSIDE};
 use hypotheses::Hypotheses;
 use labelling::Evidence;
 use occupancy::{HeightField, Occupancy};
+use surface::Labelled;
 
 /// Reconstructs one building. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
 /// and the reason.
@@ -88,7 +89,11 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
     measures.primitives = hypotheses.detected;
     measures.roof_heights = measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
     measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
-    measures.point_density = site.footprint.as_ref().map(geo::Area::unsigned_area).filter(|area| *area > 0.0)
+    measures.point_density = site
+        .footprint
+        .as_ref()
+        .map(geo::Area::unsigned_area)
+        .filter(|area| *area > 0.0)
         .map(|area| site.points.len() as f64 / area);
 
     let complex = match parameters.partition {
@@ -114,10 +119,12 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
         return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
     }
 
-    let shells = surface::extract(&complex, &inside, &evidence, &parameters.surface, site.frame.step())
+    let labelled =
+        Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &fixed };
+    let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure::new(Reason::InvalidSolid, error.to_string()))?;
-    let mut solids = Vec::with_capacity(shells.len());
-    for mut shell in shells {
+    let mut solids = Vec::with_capacity(extraction.shells.len());
+    for mut shell in extraction.shells {
         semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref());
         let faults = validate::check(&shell.solid, &validate::Tolerances::default());
         if let Some(first) = faults.first() {

@@ -22,9 +22,9 @@ pub fn assign(solid: &mut Solid, planes: &[(PlaneId, bool)], footprint: Option<&
     for face in &solid.faces {
         let key = planes.get(face.surface as usize).copied().unwrap_or((PlaneId::MAX, true));
         let surface = describe(solid, face, key.0, footprint);
-        let same = surfaces.iter().position(|(k, s)| {
-            *k == key && s.kind == surface.kind && s.on_footprint_edge == surface.on_footprint_edge
-        });
+        let same = surfaces
+            .iter()
+            .position(|(k, s)| *k == key && s.kind == surface.kind && s.on_footprint_edge == surface.on_footprint_edge);
         let index = same.unwrap_or(surfaces.len());
         match surfaces.get_mut(index) {
             Some((_, known)) => {

@@ -83,7 +83,8 @@ fn stretch(sides: &[Plane], x: f64, y: f64, low: f64, high: f64) -> Option<[f64;
 
 impl Occupancy for HeightField<'_> {
     fn occupancy(&self, complex: &Complex) -> Vec<f64> {
-        let planes: Vec<Plane> = complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
+        let planes: Vec<Plane> =
+            complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
         let mut sides = Vec::new();
         (0u32..)
             .zip(&complex.cells)

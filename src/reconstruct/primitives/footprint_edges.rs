@@ -97,7 +97,8 @@ mod tests {
     #[test]
     fn a_long_shallow_arc_does_not_creep_away() {
         // Every vertex is within 1 cm of its neighbours' chord; the whole arc rises by 2 m.
-        let mut coords: Vec<(f64, f64)> = (0..=40).map(|i| (f64::from(i), 2.0 - f64::from(i - 20).powi(2) / 200.0)).collect();
+        let mut coords: Vec<(f64, f64)> =
+            (0..=40).map(|i| (f64::from(i), 2.0 - f64::from(i - 20).powi(2) / 200.0)).collect();
         coords.push((20.0, -30.0));
         let arc = MultiPolygon(vec![Polygon::new(LineString::from(coords.clone()), vec![])]);
         let simpler = simplify(&arc, 0.1);

@@ -100,7 +100,14 @@ fn is_jump(a: u32, b: u32, p: &Point2<f64>, primitives: &[Primitive], pixel: f64
 }
 
 /// Takes line after line out of `edges`, the longest first, until none is as long as `min_length`.
-fn vote(edges: &mut Vec<JumpEdge>, directions: &[Vector2<f64>], min_length: f64, pixel: f64, tolerance: f64, found: &mut Vec<Trace>) {
+fn vote(
+    edges: &mut Vec<JumpEdge>,
+    directions: &[Vector2<f64>],
+    min_length: f64,
+    pixel: f64,
+    tolerance: f64,
+    found: &mut Vec<Trace>,
+) {
     while found.len() < MAX_LINES {
         let best = directions
             .iter()
@@ -126,8 +133,7 @@ fn vote(edges: &mut Vec<JumpEdge>, directions: &[Vector2<f64>], min_length: f64,
 fn longest_run(edges: &[JumpEdge], direction: &Vector2<f64>, pixel: f64, tolerance: f64) -> Option<Trace> {
     let normal = Unit::try_new(Vector2::new(direction.y, -direction.x), 1e-9)?;
     let along = Vector2::new(-normal.y, normal.x);
-    let mut projected: Vec<(f64, f64)> =
-        edges.iter().map(|e| (normal.dot(&e.coords), along.dot(&e.coords))).collect();
+    let mut projected: Vec<(f64, f64)> = edges.iter().map(|e| (normal.dot(&e.coords), along.dot(&e.coords))).collect();
     projected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut best: Option<Trace> = None;
     let (mut first, mut last) = (0, 0);

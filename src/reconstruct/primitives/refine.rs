@@ -30,8 +30,8 @@ pub fn refine(
     let anchor = Aabb::of(points).map_or(Point3::origin(), |aabb| aabb.min.into());
     let (mut patches, mut others) = (Vec::new(), Vec::new());
     for primitive in primitives {
-        let moments = (primitive.kind == PrimitiveKind::Detected)
-            .then(|| Moments::of(anchor, points, &primitive.inliers));
+        let moments =
+            (primitive.kind == PrimitiveKind::Detected).then(|| Moments::of(anchor, points, &primitive.inliers));
         match moments.and_then(|moments| Patch::new(moments, primitive.inliers.clone())) {
             Some(patch) => patches.push(patch),
             None => others.push(primitive),
@@ -114,10 +114,7 @@ impl Eq for Pair {}
 
 impl Ord for Pair {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.cosine
-            .total_cmp(&other.cosine)
-            .then(other.first.cmp(&self.first))
-            .then(other.second.cmp(&self.second))
+        self.cosine.total_cmp(&other.cosine).then(other.first.cmp(&self.first)).then(other.second.cmp(&self.second))
     }
 }
 

@@ -49,12 +49,7 @@ pub(super) fn segment(
     segmentation
 }
 
-fn settle(
-    segmentation: &mut Segmentation,
-    points: &[Point3<f64>],
-    neighbours: &Neighbours,
-    tolerances: &Tolerances,
-) {
+fn settle(segmentation: &mut Segmentation, points: &[Point3<f64>], neighbours: &Neighbours, tolerances: &Tolerances) {
     segmentation.settle_borders(points, neighbours, tolerances);
     segmentation.refit(points, tolerances, tolerances.inliers);
 }
@@ -117,10 +112,7 @@ impl<'a> Grower<'a> {
                 front += 1;
                 for &near in self.neighbours.of(point) {
                     let slot = near as usize;
-                    if labels[slot] == NONE
-                        && self.taken[slot] != self.attempt
-                        && self.belongs(near, &plane)
-                    {
+                    if labels[slot] == NONE && self.taken[slot] != self.attempt && self.belongs(near, &plane) {
                         self.taken[slot] = self.attempt;
                         members.push(near);
                         moments.add(&self.points[slot]);

@@ -42,11 +42,8 @@ impl RoofMap {
             .zip(primitives)
             .filter(|(_, p)| p.plane.verticality() <= max_verticality && !p.inliers.is_empty())
             .collect();
-        let seen: Vec<Point3<f64>> = roofs
-            .iter()
-            .flat_map(|(_, p)| &p.inliers)
-            .filter_map(|&i| points.get(i as usize).copied())
-            .collect();
+        let seen: Vec<Point3<f64>> =
+            roofs.iter().flat_map(|(_, p)| &p.inliers).filter_map(|&i| points.get(i as usize).copied()).collect();
         let (low, high) = match footprint.and_then(BoundingRect::bounding_rect) {
             Some(rect) => ([rect.min().x, rect.min().y], [rect.max().x, rect.max().y]),
             None => {
@@ -93,7 +90,11 @@ impl RoofMap {
 
     /// Label of a pixel: an index of a primitive, or [`NOTHING`].
     pub fn label(&self, column: usize, row: usize) -> u32 {
-        if column < self.columns { self.labels.get(row * self.columns + column).copied().unwrap_or(NOTHING) } else { NOTHING }
+        if column < self.columns {
+            self.labels.get(row * self.columns + column).copied().unwrap_or(NOTHING)
+        } else {
+            NOTHING
+        }
     }
 
     /// Centre of a pixel in local metres.
@@ -173,9 +174,12 @@ impl RoofMap {
         for row in 0..self.rows {
             let y = self.centre(0, row).y;
             crossings.clear();
-            crossings.extend(lines.iter().filter(|l| (l.start.y > y) != (l.end.y > y)).map(|l| {
-                l.start.x + (y - l.start.y) / (l.end.y - l.start.y) * (l.end.x - l.start.x)
-            }));
+            crossings.extend(
+                lines
+                    .iter()
+                    .filter(|l| (l.start.y > y) != (l.end.y > y))
+                    .map(|l| l.start.x + (y - l.start.y) / (l.end.y - l.start.y) * (l.end.x - l.start.x)),
+            );
             crossings.sort_by(f64::total_cmp);
             for pair in crossings.chunks_exact(2) {
                 for column in self.range(0, pair[0], pair[1]) {
@@ -250,13 +254,15 @@ impl RoofMap {
                     if before[i] == NOTHING {
                         continue;
                     }
-                    let window: [u32; 9] = std::array::from_fn(|k| before[i + (k / 3) * self.columns + k % 3 - self.columns - 1]);
+                    let window: [u32; 9] =
+                        std::array::from_fn(|k| before[i + (k / 3) * self.columns + k % 3 - self.columns - 1]);
                     if window.iter().all(|&l| l == before[i]) {
                         continue;
                     }
                     let votes = |label: u32| window.iter().filter(|&&l| l == label).count();
                     let own = votes(before[i]);
-                    let winner = window.iter().filter(|&&l| l != NOTHING).max_by_key(|&&l| (votes(l), std::cmp::Reverse(l)));
+                    let winner =
+                        window.iter().filter(|&&l| l != NOTHING).max_by_key(|&&l| (votes(l), std::cmp::Reverse(l)));
                     if let Some(&label) = winner.filter(|&&l| votes(l) > own) {
                         self.labels[i] = label;
                     }

@@ -134,7 +134,8 @@ mod tests {
 
     #[test]
     fn almost_collinear_traces_share_one_plane_and_others_do_not() {
-        let mut traces = [edge([0.0, 0.0], [10.0, 0.0]), edge([14.0, 0.04], [12.0, 0.05]), edge([0.0, 0.3], [2.0, 0.3])];
+        let mut traces =
+            [edge([0.0, 0.0], [10.0, 0.0]), edge([14.0, 0.04], [12.0, 0.05]), edge([0.0, 0.3], [2.0, 0.3])];
         regularise(&mut traces, 0.1, 0.1);
         assert_eq!((traces[1].normal, traces[1].offset), (traces[0].normal, traces[0].offset));
         assert!((traces[1].length() - 2.0).abs() < 1e-3);
