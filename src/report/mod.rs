@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
 use crate::run::Stage;
+use crate::segment::SegmentOptions;
 
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
@@ -44,6 +45,8 @@ pub struct Report {
     pub inputs: Inputs,
     /// The parameters of the method.
     pub parameters: Parameters,
+    /// Which points were taken to belong to a building.
+    pub segmentation: SegmentOptions,
     /// What came out, in numbers.
     pub counts: Counts,
     /// How good it is.

@@ -108,6 +108,7 @@ fn report() -> Report {
             points: PointsReport { classes: [(6, 7)].into(), ..PointsReport::default() },
         },
         parameters: Parameters::default(),
+        segmentation: SegmentOptions::default(),
         quality: Quality::of(&buildings),
         counts,
         stages: vec![StageReport { stage: Stage::Segment, wall_seconds: 0.5, cpu_seconds: Some(0.25) }],

@@ -1,25 +1,48 @@
-//! The parameters of the method as flags, made from [`Parameters`] itself.
+//! Parameters as flags, made from the structures that hold them.
 //!
-//! A field of [`Parameters`] becomes a flag without a line here: its name is the flag, its documentation the help, its
-//! default the default, its type decides what is accepted. Fields of nested structures are joined by a dash.
+//! A new field of [`Parameters`] or [`SegmentOptions`] becomes a flag without a line here: its name is the flag, its
+//! documentation the help, its default the default, its type decides what is accepted. Fields of nested structures are
+//! joined by a dash.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command, FromArgMatches};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::reconstruct::Parameters;
+use crate::segment::SegmentOptions;
 
-/// The parameters of the method as flags.
+/// A structure whose fields are flags.
+pub trait Tunable: Clone + Default + Serialize + DeserializeOwned + JsonSchema {
+    /// Under which heading the help lists them.
+    const HEADING: &'static str;
+    /// Fields that have a flag of their own elsewhere.
+    const ELSEWHERE: &'static [&'static str];
+}
+
+impl Tunable for Parameters {
+    const HEADING: &'static str = "Method";
+    const ELSEWHERE: &'static [&'static str] = &[];
+}
+
+impl Tunable for SegmentOptions {
+    const HEADING: &'static str = "Which points belong to a building";
+    const ELSEWHERE: &'static [&'static str] = &["building_classes", "ground_classes"];
+}
+
+/// The fields of a structure as flags.
 #[derive(Debug, Clone, Default)]
-pub struct MethodArgs(pub Parameters);
+pub struct Flags<T>(pub T);
 
 /// One parameter.
 struct Flag {
     /// The flag without its dashes.
     name: String,
-    /// Where it stands in the JSON form of [`Parameters`], as a JSON pointer.
+    /// Where it stands in the JSON form of its structure, as a JSON pointer.
     pointer: String,
     /// What the documentation of the field says.
     help: String,
@@ -110,13 +133,14 @@ fn description(schema: &Value) -> String {
     text.replace("[`", "`").replace("`]", "`").replace('\n', ' ').trim_end_matches('.').to_owned()
 }
 
-/// One flag per parameter, in the order of the fields.
-fn flags() -> Vec<Flag> {
+/// One flag per field, in the order of the fields.
+fn flags<T: Tunable>() -> Vec<Flag> {
     let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Parameters>().to_value();
-    let default = serde_json::to_value(Parameters::default()).unwrap_or_default();
+    let schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    let default = serde_json::to_value(T::default()).unwrap_or_default();
     let mut flags = Vec::new();
     collect(&schema, &default, "", "", &mut flags);
+    flags.retain(|flag| !T::ELSEWHERE.contains(&flag.pointer.trim_start_matches('/')));
     flags
 }
 
@@ -134,13 +158,13 @@ fn collect(schema: &Value, default: &Value, prefix: &str, pointer: &str, flags: 
     }
 }
 
-impl clap::Args for MethodArgs {
+impl<T: Tunable> clap::Args for Flags<T> {
     fn augment_args(command: Command) -> Command {
-        flags().into_iter().fold(command, |command, flag| {
+        flags::<T>().into_iter().fold(command, |command, flag| {
             let mut arg = Arg::new(flag.name.clone())
                 .long(flag.name)
                 .help(flag.help)
-                .help_heading("Method")
+                .help_heading(T::HEADING)
                 .value_name(flag.kind.placeholder())
                 .value_parser(flag.kind.parser());
             match flag.default {
@@ -157,7 +181,7 @@ impl clap::Args for MethodArgs {
     }
 }
 
-impl FromArgMatches for MethodArgs {
+impl<T: Tunable> FromArgMatches for Flags<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut method = Self::default();
         method.update_from_arg_matches(matches)?;
@@ -167,7 +191,7 @@ impl FromArgMatches for MethodArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         let fault = |text: String| clap::Error::raw(ErrorKind::ValueValidation, text + "\n");
         let mut parameters = serde_json::to_value(&self.0).map_err(|e| fault(e.to_string()))?;
-        for flag in flags() {
+        for flag in flags::<T>() {
             if matches.value_source(&flag.name) != Some(ValueSource::CommandLine) {
                 continue;
             }
@@ -195,27 +219,37 @@ mod tests {
     #[derive(Debug, Parser)]
     struct Cli {
         #[command(flatten)]
-        method: MethodArgs,
+        method: Flags<Parameters>,
+        #[command(flatten)]
+        points: Flags<SegmentOptions>,
+    }
+
+    fn check<T: Tunable>() -> Vec<String> {
+        let fields = serde_json::to_value(T::default()).unwrap();
+        let flags = flags::<T>();
+        assert!(flags.len() + T::ELSEWHERE.len() >= fields.as_object().unwrap().len());
+        for flag in &flags {
+            assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
+            assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the structure", flag.pointer);
+        }
+        flags.into_iter().map(|flag| flag.name).collect()
     }
 
     #[test]
     fn every_parameter_is_a_flag_with_help() {
-        let fields = serde_json::to_value(Parameters::default()).unwrap();
-        let flags = flags();
-        assert!(flags.len() >= fields.as_object().unwrap().len());
-        for flag in &flags {
-            assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
-            assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the parameters", flag.pointer);
-        }
-        let mut names: Vec<_> = flags.iter().map(|f| &f.name).collect();
+        let mut names = check::<Parameters>();
+        names.extend(check::<SegmentOptions>());
+        let count = names.len();
         names.sort();
         names.dedup();
-        assert_eq!(names.len(), flags.len(), "two flags of one name");
+        assert_eq!(names.len(), count, "two flags of one name");
     }
 
     #[test]
-    fn defaults_are_those_of_the_parameters() {
-        assert_eq!(Cli::try_parse_from(["gable"]).unwrap().method.0, Parameters::default());
+    fn defaults_are_those_of_the_structures() {
+        let cli = Cli::try_parse_from(["gable"]).unwrap();
+        assert_eq!(cli.method.0, Parameters::default());
+        assert_eq!(cli.points.0, SegmentOptions::default());
     }
 
     #[test]
@@ -224,6 +258,8 @@ mod tests {
         assert_eq!(set, Parameters { detector: Detector::Ransac, ..Parameters::default() });
         let message = Cli::try_parse_from(["gable", "--detector", "ransack"]).unwrap_err().to_string();
         assert!(message.contains("region-growing") && message.contains("'ransac'"), "{message}");
+        let set = Cli::try_parse_from(["gable", "--ring-width", "4.5"]).unwrap().points.0;
+        assert_eq!(set, SegmentOptions { ring_width: 4.5, ..SegmentOptions::default() });
     }
 
     #[test]
