@@ -72,9 +72,9 @@ impl Kind {
             return Self::Choice(names.collect());
         }
         if let Some(variants) = variants("oneOf") {
-            let named = variants.iter().filter_map(|variant| {
-                Some((variant.get("const")?.as_str()?.to_owned(), description(variant)))
-            });
+            let named = variants
+                .iter()
+                .filter_map(|variant| Some((variant.get("const")?.as_str()?.to_owned(), description(variant))));
             return Self::Choice(named.collect());
         }
         // The first alternative that is not null: an optional value is one that may be left out.
@@ -153,7 +153,13 @@ fn collect(schema: &Value, default: &Value, prefix: &str, pointer: &str, flags: 
         if schema.get("properties").is_some() {
             collect(schema, default, &format!("{name}-"), &pointer, flags);
         } else {
-            flags.push(Flag { name, pointer, help: description(schema), kind: Kind::of(schema), default: default.clone() });
+            flags.push(Flag {
+                name,
+                pointer,
+                help: description(schema),
+                kind: Kind::of(schema),
+                default: default.clone(),
+            });
         }
     }
 }
@@ -279,7 +285,8 @@ mod tests {
 
     #[test]
     fn nested_parameters_are_joined_by_a_dash() {
-        let schema = json!({"properties": {"cut": {"properties": {"max_cells": {"type": "integer", "description": "d"}}}}});
+        let schema =
+            json!({"properties": {"cut": {"properties": {"max_cells": {"type": "integer", "description": "d"}}}}});
         let mut flags = Vec::new();
         collect(&schema, &json!({"cut": {"max_cells": 3}}), "", "", &mut flags);
         assert_eq!((flags[0].name.as_str(), flags[0].pointer.as_str()), ("cut-max-cells", "/cut/max_cells"));

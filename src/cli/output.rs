@@ -73,7 +73,10 @@ mod tests {
     #[test]
     fn numbers_are_readable() {
         assert_eq!([0, 999, 1000, 45_646, 1_234_567].map(thousands), ["0", "999", "1 000", "45 646", "1 234 567"]);
-        assert_eq!([0.0, 0.85, 12.34, 245.0, 7500.0].map(duration), ["0 ms", "850 ms", "12.3 s", "4 min 05 s", "2 h 05 min"]);
+        assert_eq!(
+            [0.0, 0.85, 12.34, 245.0, 7500.0].map(duration),
+            ["0 ms", "850 ms", "12.3 s", "4 min 05 s", "2 h 05 min"]
+        );
         assert_eq!([0.9996, 59.96, 3599.9].map(duration), ["1.0 s", "1 min 00 s", "1 h 00 min"]);
         assert_eq!((counted(1, "tile"), counted(2, "tile")), ("1 tile".into(), "2 tiles".into()));
     }

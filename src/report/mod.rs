@@ -170,8 +170,7 @@ impl Report {
 
 /// The JSON Schema of [`Report`], as text with a line end: what `schemas/report.schema.json` holds.
 pub fn schema() -> String {
-    let mut generator =
-        schemars::generate::SchemaSettings::draft2020_12().for_serialize().into_generator();
+    let mut generator = schemars::generate::SchemaSettings::draft2020_12().for_serialize().into_generator();
     let schema = generator.root_schema_for::<Report>();
     format!("{:#}\n", schema.to_value())
 }

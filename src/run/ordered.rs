@@ -128,10 +128,18 @@ mod tests {
             for window in [2, 7, 1024] {
                 let mut seen = Vec::new();
                 let items: Vec<usize> = (0..100).map(|i| (i * 37) % 101).collect();
-                windowed(window, &pool(threads), items.clone(), |&i| i, |i| i * 2, || false, |index, result| {
-                    seen.push((index, result.unwrap()));
-                    Ok::<(), ()>(())
-                })
+                windowed(
+                    window,
+                    &pool(threads),
+                    items.clone(),
+                    |&i| i,
+                    |i| i * 2,
+                    || false,
+                    |index, result| {
+                        seen.push((index, result.unwrap()));
+                        Ok::<(), ()>(())
+                    },
+                )
                 .unwrap();
                 let expected: Vec<_> = items.iter().map(|i| i * 2).enumerate().collect();
                 assert_eq!(seen, expected, "{threads} threads, window {window}");

@@ -140,8 +140,8 @@ fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
                 continue;
             }
             let n = rings[here.ring].len();
-            let is_neighbour = here.ring == there.ring
-                && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
+            let is_neighbour =
+                here.ring == there.ring && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
             if !is_neighbour {
                 found.extend(between(rings, (here, e), (there, f), snap));
             }
@@ -163,8 +163,8 @@ fn between(
         return vec![crossing];
     }
     let axis = usize::from(e[0][0] == e[1][0]);
-    let overlap =
-        e[0][axis].max(e[1][axis]).min(f[0][axis].max(f[1][axis])) - e[0][axis].min(e[1][axis]).max(f[0][axis].min(f[1][axis]));
+    let overlap = e[0][axis].max(e[1][axis]).min(f[0][axis].max(f[1][axis]))
+        - e[0][axis].min(e[1][axis]).max(f[0][axis].min(f[1][axis]));
     if to_f == [0, 0] && overlap > 0 {
         return vec![crossing];
     }
@@ -227,9 +227,8 @@ fn cut(rings: FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintP
 fn towards(tip: Point, end: Point, snap: f64) -> Option<Point> {
     let length = distance(tip, end);
     let share = (CUT * snap / length).min(1.0 / 3.0);
-    (share * length >= snap).then(|| {
-        std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64)
-    })
+    (share * length >= snap)
+        .then(|| std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64))
 }
 
 /// The polygon as one or several without crossings (even-odd rule), rounded to the grid again.

@@ -1,0 +1,42 @@
+# make quickstart   reconstruct the bundled corner of Delft
+# make test         run all tests
+# Both install what they need first. See README.md.
+
+export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
+
+DATA := examples/data
+MODEL := out/delft.city.json
+
+.PHONY: quickstart test setup lint doc bench picture
+
+quickstart: setup
+	cargo build --release --locked
+	mkdir -p out
+	cargo run --release --locked --quiet -- reconstruct $(DATA)/delft_ahn3.laz --footprints $(DATA)/footprints.geojson -o $(MODEL) --overwrite
+	@echo
+	@echo "The city model is $(MODEL), in EPSG:7415. Look at it:"
+	@echo "  https://ninja.cityjson.org      in the browser: drop the file on the page"
+	@echo "  make picture                    as a picture: out/delft.png"
+
+# The tests use the profile of the quick start, so that the heavy libraries are built once.
+test: setup
+	cargo test --release --locked
+
+lint: setup
+	cargo fmt --check
+	cargo clippy --release --locked --all-targets -- -D warnings
+
+doc: setup
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+
+bench: setup
+	cargo bench --locked
+
+picture: $(MODEL)
+	cargo run --release --locked --quiet --example render -- $(MODEL) -o out/delft.png --size 1400
+
+$(MODEL):
+	$(MAKE) quickstart
+
+setup:
+	@sh scripts/setup.sh

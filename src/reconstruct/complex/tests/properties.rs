@@ -1,0 +1,125 @@
+use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
+
+use super::super::{Complex, OUTSIDE};
+use super::{arrangement, cube, depth, rectangle};
+use crate::reconstruct::primitives::{Extent, Primitive, PrimitiveKind};
+
+/// Planes with small integers: many are parallel, equal, or share points and lines with others and with the box.
+fn small_plane() -> impl Strategy<Value = ([i64; 3], i64)> {
+    ([-2_i64..=2, -2_i64..=2, 0_i64..=2], -3_i64..=3)
+        .prop_filter("a normal and its canonical sign", |(n, _)| {
+            n.iter().rev().find(|&&c| c != 0).is_some_and(|&c| c > 0)
+        })
+        .prop_map(|([a, b, c], d)| {
+            let divisor = [a, b, c, d].into_iter().fold(0, |g, v| super::super::plane::gcd(g, v.unsigned_abs()));
+            let divisor = divisor as i64;
+            ([a / divisor, b / divisor, c / divisor], d / divisor)
+        })
+}
+
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![(-4_i32..=4).prop_map(f64::from), -4.0..4.0]
+}
+
+/// Rectangles with whole and with arbitrary coordinates, some of them upright, some beyond the box.
+fn random_patch() -> impl Strategy<Value = Primitive> {
+    let vector = || [coordinate(), coordinate(), coordinate()];
+    (vector(), vector(), vector(), any::<bool>(), 0..3_u32).prop_filter_map(
+        "a rectangle",
+        |(centre, u, v, upright, kind)| {
+            let (u, v) = (Vector3::from(u), Vector3::from(v));
+            let u = if upright { Vector3::new(u.x, u.y, 0.0) } else { u };
+            let v = if upright { Vector3::z() } else { v };
+            (u.cross(&v).norm() > 0.1).then(|| {
+                let mut patch = rectangle(centre, (u / 2.0).into(), (v / 2.0).into());
+                let kinds = [PrimitiveKind::Detected, PrimitiveKind::FootprintEdge, PrimitiveKind::HeightJump];
+                patch.kind = kinds[kind as usize];
+                patch
+            })
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn degenerate_planes_fill_the_box(planes in prop::collection::vec(small_plane(), 1..14)) {
+        let complex = arrangement(&planes, &cube(-2.0, 2.0));
+        prop_assert_eq!(complex.check(), Ok(()));
+        // No cell is cut by any plane, and the facets of a plane cover its whole section of the box.
+        let mut distinct = planes;
+        distinct.sort_unstable();
+        distinct.dedup();
+        for (id, plane) in complex.planes.iter().enumerate().skip(6) {
+            for cell in 0..complex.cells.len() as u32 {
+                let sides: Vec<_> =
+                    complex.cell_vertices(cell).iter().map(|&v| plane.side(&complex.vertices[v as usize])).collect();
+                prop_assert!(!sides.iter().any(|s| s.is_lt()) || !sides.iter().any(|s| s.is_gt()));
+            }
+            let area: f64 = (0..complex.facets.len() as u32)
+                .filter(|&f| complex.facets[f as usize].plane as usize == id)
+                .map(|f| complex.facet_area(f))
+                .sum();
+            let alone = arrangement(&[(plane.normal, plane.offset)], &cube(-2.0, 2.0));
+            let section: f64 = (0..alone.facets.len() as u32)
+                .filter(|&f| alone.facets[f as usize].plane == 6)
+                .map(|f| alone.facet_area(f))
+                .sum();
+            prop_assert!((area - section).abs() < 1e-9, "{} {}", area, section);
+        }
+        // The order of insertion changes ids only.
+        distinct.reverse();
+        let reversed = arrangement(&distinct, &cube(-2.0, 2.0));
+        prop_assert_eq!(reversed.cells.len(), complex.cells.len());
+        prop_assert_eq!(reversed.facets.len(), complex.facets.len());
+        prop_assert_eq!(reversed.vertices.len(), complex.vertices.len());
+    }
+
+    #[test]
+    fn every_patch_lies_on_facets(patches in prop::collection::vec(random_patch(), 1..16)) {
+        let complex = Complex::adaptive(&patches, &cube(-3.0, 3.0)).unwrap();
+        prop_assert_eq!(complex.check(), Ok(()));
+        for (patch, at) in patches.iter().zip(&complex.primitive_planes) {
+            let Extent::Patch(corners) = &patch.extent else { unreachable!() };
+            let plane = complex.planes[at.plane as usize].to_plane();
+            let same = plane.normal.dot(&patch.plane.normal) > 0.0;
+            prop_assert_eq!(same, !at.flipped);
+            for (s, t) in (0..5).flat_map(|s| (0..5).map(move |t| (f64::from(s) / 4.0, f64::from(t) / 4.0))) {
+                let point: Point3<f64> = corners[0] + (corners[1] - corners[0]) * s + (corners[3] - corners[0]) * t;
+                let point = point - plane.normal.into_inner() * plane.distance(&point);
+                for cell in 0..complex.cells.len() as u32 {
+                    let depth = depth(&complex, cell, &point);
+                    prop_assert!(depth < 1e-6, "{} is {} deep in cell {}", point, depth, cell);
+                }
+            }
+        }
+        // Everywhere and exhaustive are the same; adaptive never has more cells.
+        let open: Vec<_> = patches.iter().map(|p| Primitive { extent: Extent::Everywhere, ..p.clone() }).collect();
+        let everywhere = Complex::adaptive(&open, &cube(-3.0, 3.0)).unwrap();
+        let exhaustive = Complex::exhaustive(&patches, &cube(-3.0, 3.0)).unwrap();
+        prop_assert_eq!(everywhere.cells.len(), exhaustive.cells.len());
+        prop_assert!(complex.cells.len() <= exhaustive.cells.len());
+        // The same again is the same to the bit.
+        let again = Complex::adaptive(&patches, &cube(-3.0, 3.0)).unwrap();
+        prop_assert_eq!(&again.vertices, &complex.vertices);
+        prop_assert_eq!(&again.facets, &complex.facets);
+        prop_assert_eq!(&again.cells, &complex.cells);
+        let inside = complex.facets.iter().filter(|f| !f.cells.contains(&OUTSIDE)).count();
+        let sides: usize = (0..complex.cells.len() as u32).map(|cell| complex.neighbours(cell).count()).sum();
+        prop_assert_eq!(sides, 2 * inside);
+    }
+
+    #[test]
+    fn samples_lie_in_their_cell(patches in prop::collection::vec(random_patch(), 1..10), seed in any::<u64>()) {
+        let complex = Complex::adaptive(&patches, &cube(-3.0, 3.0)).unwrap();
+        let median = complex.median_volume();
+        for cell in 0..complex.cells.len() as u32 {
+            let least = if complex.cell_volume(cell) < 1e-9 { -1e-9 } else { 0.0 };
+            for point in complex.samples(cell, median, seed) {
+                prop_assert!(depth(&complex, cell, &point) > least);
+            }
+        }
+    }
+}
