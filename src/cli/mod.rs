@@ -14,7 +14,6 @@ mod progress;
 mod reconstruct;
 mod summary;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -77,7 +76,7 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let _ = writeln!(std::io::stderr(), "error: {error}");
+            output::say(&format!("error: {error}"));
             ExitCode::from(FAILURE)
         }
     }

@@ -7,9 +7,11 @@ use super::flags::Flags;
 use super::output::print;
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary};
+use crate::error::Result;
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, run};
 use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 
 const EXAMPLES: &str = "\
@@ -119,7 +121,7 @@ pub fn main(args: Args) -> Outcome {
         (false, false) => Verbosity::Normal,
     };
     interrupt::listen();
-    let report = run(&args.into_job(), &Progress::new(verbosity))?;
+    let report = run(&args.into_job()?, &Progress::new(verbosity))?;
     if verbosity > Verbosity::Quiet {
         print(&summary::summary(&report))?;
     }
@@ -127,14 +129,17 @@ pub fn main(args: Args) -> Outcome {
 }
 
 impl Args {
-    fn into_job(self) -> Job {
+    /// # Errors
+    /// A CRS that is none.
+    fn into_job(self) -> Result<Job> {
+        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose()?;
         let options = FootprintOptions {
             layer: self.layer,
             filter: self.filter,
             id_attribute: self.id_attribute,
-            crs: self.footprint_crs,
+            crs,
         };
-        Job {
+        Ok(Job {
             tiles: self.tiles,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
             output: self.output,
@@ -149,6 +154,6 @@ impl Args {
             },
             parameters: self.parameters.0,
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
-        }
+        })
     }
 }

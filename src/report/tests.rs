@@ -105,7 +105,7 @@ fn report() -> Report {
                 crs: None,
                 id_attribute: Some("id".into()),
             }),
-            points: PointsReport { classes: [(6, 7)].into(), ..PointsReport::default() },
+            points: PointCounts { classes: [(6, 7)].into(), ..PointCounts::default() },
         },
         parameters: Parameters::default(),
         segmentation: SegmentOptions::default(),

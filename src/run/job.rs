@@ -3,6 +3,9 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
 use crate::source::footprints::FootprintOptions;
@@ -42,8 +45,16 @@ pub struct FootprintSource {
 }
 
 impl Job {
-    /// How many threads reconstruct buildings.
-    pub(super) fn threads(&self) -> usize {
-        self.threads.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get)
+    /// The threads that do the work.
+    ///
+    /// # Errors
+    /// The system does not give that many.
+    pub(super) fn pool(&self) -> Result<ThreadPool> {
+        let threads = self.threads.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+        ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("gable-{i}"))
+            .build()
+            .map_err(|e| Error::io(format!("{threads} threads"), "start", std::io::Error::other(e)))
     }
 }

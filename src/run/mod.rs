@@ -15,10 +15,9 @@ mod observer;
 mod ordered;
 pub mod output;
 mod plan;
+mod single;
 mod tiles;
 mod write;
-
-use std::path::Path;
 
 use crate::building::Building;
 use crate::error::Result;
@@ -51,16 +50,14 @@ pub fn run_with(
 ) -> Result<Report> {
     let started = report::now();
     let mut journal = Journal::new(observer);
-    let plan = plan::plan(job, &mut journal)?;
-    let (tasks, points) = plan::segment(job, &plan, &mut journal)?;
-    let threads = job.threads();
-    let done = write::write(job, &plan, tasks, threads, &mut journal, method)?;
-    plan::warn_of_emptiness(job, &points, &done.counts, &journal);
+    let pool = job.pool()?;
+    let mut plan = plan::plan(job, &mut journal)?;
+    let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
+    let done = write::write(job, &plan, tasks, &pool, &mut journal, method)?;
+    plan::warn_of_emptiness(job, &plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
     let exit_code = done.counts.verdict().exit_code();
-    let mut inputs = plan.inputs;
-    inputs.add_points(points);
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
@@ -69,7 +66,7 @@ pub fn run_with(
         interrupted: done.counts.not_reached > 0,
         exit_code,
         crs: plan.crs_report,
-        inputs,
+        inputs: plan.inputs,
         parameters: job.parameters.clone(),
         segmentation: job.segmentation.clone(),
         counts: done.counts,
@@ -77,12 +74,12 @@ pub fn run_with(
         stages,
         wall_seconds: watch.wall().as_secs_f64(),
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
-        threads,
+        threads: pool.current_num_threads(),
         peak_memory_bytes: report::peak_memory(),
-        outputs: [&plan.model, &plan.report].map(|path: &std::path::PathBuf| path.display().to_string()).into(),
+        outputs: [&plan.model, &plan.report].map(|path| path.display().to_string()).into(),
         warnings,
         buildings: done.buildings,
     };
-    report.write(Path::new(&plan.report))?;
+    report.write(&plan.report)?;
     Ok(report)
 }

@@ -188,11 +188,11 @@ fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {
         rejected: layer
             .rejected
             .iter()
-            .map(|feature| RejectedInfo { id: feature.id.clone(), detail: feature.detail.clone() })
+            .map(|feature| RejectedInfo { id: feature.id.clone(), detail: feature.reason.clone() })
             .collect(),
         id_attribute: layer.id_attribute.clone(),
         attributes,
-        extent: layer.extent.map(|[west, south, east, north]| [[west, south], [east, north]]),
+        extent: layer.extent().map(|rectangle| [rectangle.min().into(), rectangle.max().into()]),
         area: layer
             .crs
             .as_ref()

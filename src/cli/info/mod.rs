@@ -6,8 +6,9 @@ mod table;
 use std::path::PathBuf;
 
 use super::Outcome;
-use super::output::print;
+use super::output::{print, say};
 use crate::error::Error;
+use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 
 const EXAMPLES: &str = "\
@@ -53,7 +54,7 @@ pub struct Args {
 pub fn main(args: &Args) -> Outcome {
     let options = FootprintOptions {
         layer: args.layer.clone(),
-        crs: args.footprint_crs.clone(),
+        crs: args.footprint_crs.as_deref().map(Crs::parse).transpose()?,
         ..FootprintOptions::default()
     };
     let (tiles, footprints) = sort(&args.files);
@@ -64,7 +65,7 @@ pub fn main(args: &Args) -> Outcome {
         }
     }
     for fault in &faults {
-        eprintln!("error: {fault}");
+        say(&format!("error: {fault}"));
     }
     if args.json {
         let json = serde_json::to_string_pretty(&info).map_err(|e| Error::io("standard output", "write", e.into()))?;
