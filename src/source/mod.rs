@@ -2,4 +2,5 @@
 
 pub mod crs;
 pub mod footprints;
+pub mod groups;
 pub mod points;
