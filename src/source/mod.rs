@@ -3,4 +3,5 @@
 pub mod classes;
 pub mod crs;
 pub mod footprints;
+pub mod groups;
 pub mod points;
