@@ -1,7 +1,8 @@
 //! Ctrl-C: once to finish the write of what is done, twice to give up.
 
-use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::output::say;
 
 static PRESSED: AtomicBool = AtomicBool::new(false);
 
@@ -14,12 +15,11 @@ pub fn listen() {
         if PRESSED.swap(true, Ordering::SeqCst) {
             std::process::exit(INTERRUPTED);
         }
-        let text = "interrupted: completing what is under way and writing what is done (again to give up)";
-        let _ = writeln!(std::io::stderr(), "\n{text}");
+        say("\ninterrupted: completing what is under way and writing what is done (again to give up)");
     });
     if installed.is_err() {
         // The system's own way of ending the process stays in force; the run itself is not concerned.
-        let _ = writeln!(std::io::stderr(), "warning: Ctrl-C cannot be caught here and will lose what is done");
+        say("warning: Ctrl-C cannot be caught here and will lose what is done");
     }
 }
 

@@ -6,13 +6,14 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model |
 
+mod flags;
+mod info;
 mod interrupt;
-mod method;
 mod output;
 mod progress;
+mod reconstruct;
 mod summary;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -35,7 +36,69 @@ Exit codes:
   1  nothing could be done, or bad usage
   2  finished, but some buildings lack a model (the summary and the report say which and why)";
 
-/// x
+#[derive(Debug, Parser)]
+#[command(
+    name = "gable",
+    version,
+    about = "Airborne laser tiles and building footprints in, valid LoD 2 city models out",
+    after_help = EXAMPLES,
+    disable_help_subcommand = true,
+    arg_required_else_help = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Reconstruct the buildings of footprints from airborne points
+    Reconstruct(Box<reconstruct::Args>),
+    /// Say what is in tiles and footprint files
+    Info(info::Args),
+}
+
+/// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(message) => {
+            // Nobody is left to tell if the terminal is gone.
+            let _ = message.print();
+            // clap's own code for bad usage is 2, which means something else here.
+            return ExitCode::from(if message.use_stderr() { FAILURE } else { 0 });
+        }
+    };
+    let outcome = match cli.command {
+        Command::Reconstruct(args) => reconstruct::main(*args),
+        Command::Info(args) => info::main(&args),
+    };
+    match outcome {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            output::say(&format!("error: {error}"));
+            ExitCode::from(FAILURE)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_sound() {
+        super::Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_help() {
+        for command in super::Cli::command().get_subcommands() {
+            assert!(command.get_about().is_some(), "{}", command.get_name());
+            assert!(command.get_after_help().is_some(), "{} has no examples", command.get_name());
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{} {}", command.get_name(), argument.get_id());
+            }
+        }
+    }
 }

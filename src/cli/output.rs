@@ -16,6 +16,11 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
+/// Writes a line to standard error. It is a courtesy: nobody is left to tell if that fails.
+pub fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 /// A whole number with its thousands apart: `45 646`.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();

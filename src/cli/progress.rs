@@ -1,12 +1,12 @@
 //! Progress: bars with rate and remaining time on a terminal, plain lines otherwise.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::output::{duration, thousands};
+use super::output::{duration, say, thousands};
 use super::{interrupt, summary};
 use crate::run::{Event, Observer, Stage};
 
@@ -53,10 +53,7 @@ impl Progress {
 
     /// Writes a line above the bar.
     fn line(under_way: Option<&UnderWay>, text: &str) {
-        let write = || {
-            // Progress is a courtesy: a closed standard error must not stop the run.
-            let _ = writeln!(std::io::stderr(), "{text}");
-        };
+        let write = || say(text);
         match under_way.and_then(|u| u.bar.as_ref()) {
             Some(bar) => bar.suspend(write),
             None => write(),

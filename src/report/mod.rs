@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
 use crate::run::Stage;
+use crate::segment::{PointCounts, SegmentOptions};
 
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
@@ -44,6 +45,8 @@ pub struct Report {
     pub inputs: Inputs,
     /// The parameters of the method.
     pub parameters: Parameters,
+    /// Which points were taken to belong to a building.
+    pub segmentation: SegmentOptions,
     /// What came out, in numbers.
     pub counts: Counts,
     /// How good it is.
@@ -95,7 +98,7 @@ pub struct Inputs {
     /// The footprints; absent for a single object without a footprint.
     pub footprints: Option<FootprintsReport>,
     /// What became of the points of all tiles.
-    pub points: PointsReport,
+    pub points: PointCounts,
 }
 
 /// A tile.
@@ -124,21 +127,6 @@ pub struct FootprintsReport {
     pub crs: Option<String>,
     /// The attribute that the ids were taken from.
     pub id_attribute: Option<String>,
-}
-
-/// What became of the points of all tiles.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct PointsReport {
-    /// Points that were read.
-    pub read: u64,
-    /// Points that belong to a building.
-    pub building: u64,
-    /// Points kept as ground around a building.
-    pub ground: u64,
-    /// Points dropped for a flag or a noise class.
-    pub dropped: u64,
-    /// Points read, by class.
-    pub classes: std::collections::BTreeMap<u8, u64>,
 }
 
 /// What a stage cost.

@@ -2,14 +2,17 @@
 
 use std::time::Duration;
 
+use rayon::ThreadPool;
+
 use super::guard::guarded;
 use super::observer::{Event, Observer, Stage};
 use super::ordered::in_order;
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, Result};
+use crate::reconstruct::blocks;
 use crate::report::{BuildingReport, Counts, Scope, Stopwatch};
 use crate::site::Site;
-use crate::solid::{Model, quantise_footprint};
+use crate::solid::Model;
 
 /// What is known of one feature of the footprint file before the method sees it.
 #[derive(Debug)]
@@ -26,6 +29,22 @@ pub enum Task {
 }
 
 impl Task {
+    /// The id of the building.
+    pub fn id(&self) -> &str {
+        match self {
+            Self::Reconstruct { site, .. } => &site.id,
+            Self::Keep(building) => &building.id,
+        }
+    }
+
+    /// What is known of it, if it is to be reconstructed.
+    pub fn site(&self) -> Option<&Site> {
+        match self {
+            Self::Reconstruct { site, .. } => Some(site),
+            Self::Keep(_) => None,
+        }
+    }
+
     /// How much work it is, for starting the largest first.
     fn size(&self) -> usize {
         match self {
@@ -42,7 +61,7 @@ struct Done {
     cpu: Option<Duration>,
 }
 
-/// Reconstructs all tasks on `threads` threads with `reconstruct` and hands them to `write` in their order, on the
+/// Reconstructs all tasks on the threads of `pool` with `reconstruct` and hands them to `write` in their order, on the
 /// calling thread.
 ///
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
@@ -50,23 +69,18 @@ struct Done {
 /// not reached.
 ///
 /// # Errors
-/// What `write` says, or that the threads cannot be started.
+/// What `write` says.
 pub fn reconstruct_all(
     tasks: Vec<Task>,
-    threads: usize,
+    pool: &ThreadPool,
     observer: &dyn Observer,
     reconstruct: impl Fn(&Site) -> Building + Sync,
     mut write: impl FnMut(&Building) -> Result<()>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("building-{i}"))
-        .build()
-        .map_err(|e| Error::io("threads", "start", std::io::Error::other(e)))?;
     let mut counts = Counts { footprints: tasks.len(), ..Counts::default() };
     let mut reports = Vec::with_capacity(tasks.len());
     in_order(
-        &pool,
+        pool,
         tasks,
         Task::size,
         |task| {
@@ -109,7 +123,8 @@ fn one(task: Task, reconstruct: &impl Fn(&Site) -> Building) -> Done {
 /// What is written of a site on which the method failed.
 fn broken(site: &Site, detail: String) -> Building {
     let step = site.frame.step();
-    let footprint = site.footprint.as_ref().map(|f| quantise_footprint(f, step)).unwrap_or_default();
+    // Whatever broke the method may lie in the footprint.
+    let (footprint, notes) = guarded(|| blocks::footprint(site)).unwrap_or_default();
     let model = Model { footprint, ground: (site.ground.height / step[2]).round() as i64, parts: Vec::new() };
     let measures = Measures {
         ground: Some(site.ground),
@@ -124,7 +139,7 @@ fn broken(site: &Site, detail: String) -> Building {
         model,
         outcome: Outcome::FootprintOnly { reason: Reason::Internal, detail },
         measures,
-        notes: Vec::new(),
+        notes,
     }
 }
 
@@ -153,6 +168,10 @@ mod tests {
         }
     }
 
+    fn pool(threads: usize) -> ThreadPool {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+    }
+
     fn tasks(n: usize) -> Vec<Task> {
         (0..n).map(|i| Task::Reconstruct { site: site(i), notes: vec![format!("note {i}")] }).collect()
     }
@@ -171,7 +190,7 @@ mod tests {
                 written.push(b.clone());
                 Ok(())
             };
-            let (counts, reports) = reconstruct_all(tasks(20), threads, &Silent, method, write).unwrap();
+            let (counts, reports) = reconstruct_all(tasks(20), &pool(threads), &Silent, method, write).unwrap();
             let ids: Vec<_> = written.iter().map(|b| b.id.clone()).collect();
             assert_eq!(ids, (0..20).map(|i| i.to_string()).collect::<Vec<_>>());
             assert_eq!((counts.footprints, counts.written, counts.buildings_lod22), (20, 20, 19));
@@ -210,7 +229,7 @@ mod tests {
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
-        let (counts, reports) = reconstruct_all(tasks(8), 1, &observer, method, write).unwrap();
+        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, method, write).unwrap();
         // The largest first: 7·i mod 11 is 10 for building 3 and 9 for building 6.
         assert_eq!(written, ["3", "6"]);
         assert_eq!((counts.footprints, counts.written, counts.not_reached, reports.len()), (8, 2, 6, 2));
@@ -224,7 +243,7 @@ mod tests {
             written.push((b.id.clone(), b.notes.clone()));
             Ok(())
         };
-        reconstruct_all(vec![Task::Keep(Box::new(kept))], 1, &Silent, method, write).unwrap();
+        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, method, write).unwrap();
         assert_eq!(written, [("9".to_owned(), Vec::<String>::new())]);
     }
 }

@@ -1,5 +1,7 @@
 //! What comes in: points, footprints, coordinate reference systems.
 
+pub mod classes;
 pub mod crs;
 pub mod footprints;
+pub mod groups;
 pub mod points;

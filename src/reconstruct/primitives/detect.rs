@@ -13,7 +13,7 @@ use super::{Primitive, ransac, region_growing};
 use crate::reconstruct::Parameters;
 
 /// Neighbourhoods never grow beyond this.
-const MOST_NEIGHBOURS: usize = 96;
+const MOST_NEIGHBOURS: usize = 128;
 
 /// What was detected in the points of a building.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,11 +91,15 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
 fn local_planes(points: &[Point3<f64>], parameters: &DetectionParameters) -> (Neighbours, LocalPlanes) {
     /// Largest standard error of a slope that still tells a roof from its neighbour, radians (6°).
     const SLOPE_ERROR: f64 = 0.1;
+    /// Largest noise, relative to the spread of a neighbourhood, at which principal components tell them apart: where
+    /// the two are alike, the noise is underestimated and the normal means nothing.
+    const NOISE_TO_SPREAD: f64 = 0.5;
     let mut k = parameters.neighbours.clamp(4, 64);
     loop {
         let neighbours = Neighbours::new(points, k);
         let local = LocalPlanes::estimate(points, &neighbours, None);
-        let enough = local.slope_error(&neighbours) <= SLOPE_ERROR;
+        let (slope_error, spread) = local.quality(&neighbours);
+        let enough = slope_error <= SLOPE_ERROR && local.noise <= NOISE_TO_SPREAD * spread;
         if enough || k >= MOST_NEIGHBOURS || neighbours.width() < k {
             return (neighbours, local);
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
-use crate::geometry::Plane;
+use crate::geometry::{Aabb, Plane};
 
 /// More corners than this cost the partition more than they save.
 const MOST_CORNERS: usize = 16;
@@ -12,13 +12,14 @@ const MOST_CORNERS: usize = 16;
 /// projections lie on a line.
 pub(super) fn convex_hull<'a>(
     plane: &Plane,
-    points: impl IntoIterator<Item = &'a Point3<f64>>,
+    points: impl IntoIterator<Item = &'a Point3<f64>> + Clone,
 ) -> Option<Vec<Point3<f64>>> {
-    let mut points = points.into_iter().peekable();
-    let first = **points.peek()?;
-    let origin = first - plane.normal.scale(plane.distance(&first));
+    // The origin must be near the points, for precision, and must not depend on their order.
+    let near = Point3::from(Aabb::of(points.clone())?.min);
+    let origin = near - plane.normal.scale(plane.distance(&near));
     let [u, v] = axes(&plane.normal);
     let flat: Vec<Point2<f64>> = points
+        .into_iter()
         .map(|p| {
             let d = p - origin;
             Point2::new(d.dot(&u), d.dot(&v))

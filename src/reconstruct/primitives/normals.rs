@@ -65,12 +65,13 @@ impl LocalPlanes {
         Some((fit.plane, fit.rms * (moments.count() / freedom).sqrt()))
     }
 
-    /// Standard error of the slope of a local plane, in radians: the noise over the spread of a neighbourhood.
-    pub fn slope_error(&self, neighbours: &Neighbours) -> f64 {
+    /// Standard error of the slope of a local plane, in radians, and the standard deviation of a neighbourhood along
+    /// the surface, in metres.
+    pub fn quality(&self, neighbours: &Neighbours) -> (f64, f64) {
         // A disc of radius r with density ρ holds ρπr² points with standard deviation r/2 along each axis.
         let count = neighbours.width().max(1) as f64;
-        let radius = (count / (std::f64::consts::PI * neighbours.density().max(1e-9))).sqrt();
-        2.0 * self.noise / (radius * count.sqrt())
+        let spread = (count / (std::f64::consts::PI * neighbours.density().max(1e-9))).sqrt() / 2.0;
+        (self.noise / (spread * count.sqrt()), spread)
     }
 }
 

@@ -56,7 +56,7 @@ pub struct DetectionParameters {
     /// when `regularise_tolerance` allows; 0 switches it off.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub regularise_angle: f64,
-    /// What regularisation may add to the residual of a primitive, in metres; never more than the noise.
+    /// What regularisation may add to the residual of a primitive, in metres.
     #[schemars(range(min = 0.0))]
     pub regularise_tolerance: f64,
 }
@@ -78,7 +78,7 @@ impl Default for DetectionParameters {
             neighbours: 10,
             noise_factor: 3.0,
             minimum_tolerance: 0.05,
-            maximum_tolerance: 0.6,
+            maximum_tolerance: 1.0,
             normal_deviation: 20.0,
             minimum_area: 1.0,
             minimum_inliers: 5,
@@ -88,7 +88,7 @@ impl Default for DetectionParameters {
             merge_tolerance: 0.07,
             horizontal_slope: 2.0,
             regularise_angle: 3.0,
-            regularise_tolerance: 0.03,
+            regularise_tolerance: 0.02,
         }
     }
 }

@@ -57,6 +57,7 @@ pub(super) fn segment(
     }
     let mut segmentation = search.segmentation;
     segmentation.settle_borders(points, neighbours, tolerances);
+    segmentation.dissolve_redundant(points, neighbours, tolerances);
     segmentation.refit(points, tolerances, tolerances.inliers);
     segmentation
 }
@@ -270,6 +271,7 @@ impl<'a> Search<'a> {
         let mut open = vec![false; self.points.len()];
         left.iter().for_each(|&i| open[i as usize] = true);
         let mut largest = Vec::new();
+        let reach = self.tolerances.reach.powi(2);
         for &start in &left {
             if !std::mem::take(&mut open[start as usize]) {
                 continue;
@@ -279,7 +281,8 @@ impl<'a> Search<'a> {
             while let Some(&point) = component.get(front) {
                 front += 1;
                 for &near in self.neighbours.of(point) {
-                    if std::mem::take(&mut open[near as usize]) {
+                    let gap = (self.points[near as usize] - self.points[point as usize]).norm_squared();
+                    if gap <= reach && std::mem::take(&mut open[near as usize]) {
                         component.push(near);
                     }
                 }
@@ -294,8 +297,7 @@ impl<'a> Search<'a> {
 
     fn belongs(&self, point: u32, plane: &Plane) -> bool {
         let slot = point as usize;
-        plane.distance(&self.points[slot]).abs() <= self.tolerances.distance
-            && plane.normal.dot(&self.local.planes[slot].normal).abs() >= self.tolerances.cosine
+        self.tolerances.admit(plane, &self.points[slot], &self.local.planes[slot])
     }
 }
 
@@ -310,6 +312,6 @@ mod tests {
         let all = Bounds::new(1_000, 1_000, 200);
         assert!((all.low - 200.0).abs() < 1e-9 && (all.high - 200.0).abs() < 1e-9, "{all:?}");
         let none = Bounds::new(1_000, 0, 0);
-        assert!(none.low < 1.0 && none.high > 500.0, "{none:?}");
+        assert!(none.low < 250.0 && none.high > 750.0, "{none:?}");
     }
 }

@@ -79,7 +79,7 @@ impl Patch {
 
     /// Standard error of the direction of the normal, radians.
     pub fn tilt_error(&self, noise: f64) -> f64 {
-        noise / (self.moments.count().sqrt() * self.width.max(1e-6))
+        noise.max(1e-6) / (self.moments.count().sqrt() * self.width.max(1e-6))
     }
 
     /// Whether every part is as close to a plane as to its own, up to `slack` metres (root mean square) and what the
@@ -157,11 +157,16 @@ fn merge(patches: Vec<Patch>, parameters: &DetectionParameters, noise: f64) -> V
 /// The merged patch, if the two are close and the merged plane bears both.
 fn try_merge(a: &Patch, b: &Patch, parameters: &DetectionParameters, noise: f64) -> Option<Patch> {
     let between = a.moments.mean() - b.moments.mean();
-    let apart = between.dot(&a.plane.normal).abs().max(between.dot(&b.plane.normal).abs());
+    // The mean of both normals by their certainty (antiparallel walls are parallel), so that a small patch with a poor
+    // normal is measured along the good one of the large patch, whichever comes first.
+    let [weight_a, weight_b] = [a, b].map(|patch| patch.tilt_error(noise).powi(-2));
+    let sign = a.plane.normal.dot(&b.plane.normal).signum();
+    let normal = a.plane.normal.into_inner() * weight_a + b.plane.normal.into_inner() * (sign * weight_b);
+    let apart = between.dot(&normal.normalize()).abs();
+    let tilt = (weight_a + weight_b).sqrt().recip();
     let slack = parameters.merge_tolerance.max(0.0);
-    // A normal that is off by its standard error moves a plane by so much at the other patch.
-    let excuse = 2.0 * between.norm() * (a.tilt_error(noise) + b.tilt_error(noise));
-    if apart > (3.0 * noise).max(2.0 * slack) + excuse {
+    // A normal that is off by twice its standard error moves a plane by so much at the other patch.
+    if apart > (3.0 * noise).max(2.0 * slack) + 2.0 * tilt * between.norm() {
         return None;
     }
     let mut moments = a.moments;

@@ -22,10 +22,9 @@ pub(super) fn segment(
     /// Passes over what the ones before left: dormers, then what stands on them.
     const LATER_PASSES: usize = 2;
     let mut segmentation = Segmentation::empty(points.len());
+    let lax = tolerances.lax();
     Grower::new(points, neighbours, local, tolerances).run(&mut segmentation);
-    settle(&mut segmentation, points, neighbours, tolerances);
-    // Laxer: normals of few points are worse, so they may deviate one and a half times as much.
-    let lax = Tolerances { cosine: (1.5 * tolerances.cosine.clamp(0.0, 1.0).acos()).cos(), ..*tolerances };
+    settle(&mut segmentation, points, neighbours, tolerances, lax.inliers);
     for _ in 0..LATER_PASSES {
         let left = segmentation.unassigned();
         let before = segmentation.planes.len();
@@ -41,7 +40,7 @@ pub(super) fn segment(
             let members: Vec<u32> = members.iter().map(|&m| left[m as usize]).collect();
             segmentation.push(&members, *plane);
         }
-        settle(&mut segmentation, points, neighbours, tolerances);
+        settle(&mut segmentation, points, neighbours, tolerances, lax.inliers);
         if segmentation.planes.len() <= before {
             break;
         }
@@ -49,9 +48,16 @@ pub(super) fn segment(
     segmentation
 }
 
-fn settle(segmentation: &mut Segmentation, points: &[Point3<f64>], neighbours: &Neighbours, tolerances: &Tolerances) {
+fn settle(
+    segmentation: &mut Segmentation,
+    points: &[Point3<f64>],
+    neighbours: &Neighbours,
+    tolerances: &Tolerances,
+    fewest: usize,
+) {
     segmentation.settle_borders(points, neighbours, tolerances);
-    segmentation.refit(points, tolerances, tolerances.inliers);
+    segmentation.dissolve_redundant(points, neighbours, tolerances);
+    segmentation.refit(points, tolerances, fewest);
 }
 
 struct Grower<'a> {
@@ -104,6 +110,7 @@ impl<'a> Grower<'a> {
         moments.add(&anchor);
         self.taken[seed as usize] = self.attempt;
         let mut settled = None;
+        let reach = self.tolerances.reach.powi(2);
         for _ in 0..ROUNDS {
             let before = members.len();
             let mut next_fit = before.max(5) * 3 / 2;
@@ -112,7 +119,11 @@ impl<'a> Grower<'a> {
                 front += 1;
                 for &near in self.neighbours.of(point) {
                     let slot = near as usize;
-                    if labels[slot] == NONE && self.taken[slot] != self.attempt && self.belongs(near, &plane) {
+                    if labels[slot] == NONE
+                        && self.taken[slot] != self.attempt
+                        && (self.points[slot] - self.points[point as usize]).norm_squared() <= reach
+                        && self.belongs(near, &plane)
+                    {
                         self.taken[slot] = self.attempt;
                         members.push(near);
                         moments.add(&self.points[slot]);
@@ -149,16 +160,8 @@ impl<'a> Grower<'a> {
         Some((members, fit))
     }
 
-    /// Whether a point lies on a plane and looks the same way.
     fn belongs(&self, point: u32, plane: &Plane) -> bool {
-        let tolerances = self.tolerances;
-        let distance = plane.distance(&self.points[point as usize]);
-        if distance.abs() > tolerances.distance {
-            return false;
-        }
-        let local = &self.local.planes[point as usize];
-        let cosine = plane.normal.dot(&local.normal);
-        let smoothed = distance - cosine * local.distance(&self.points[point as usize]);
-        cosine.abs() >= tolerances.cosine && smoothed.abs() <= tolerances.smoothed
+        let slot = point as usize;
+        self.tolerances.admit(plane, &self.points[slot], &self.local.planes[slot])
     }
 }

@@ -14,7 +14,7 @@ const LEAST_SLOPE: f64 = 0.09;
 
 /// Regularises patches that are ordered by support: the larger gives the direction.
 pub(super) fn regularise(patches: &mut Vec<Patch>, parameters: &DetectionParameters, noise: f64) {
-    let slack = parameters.regularise_tolerance.clamp(0.0, noise);
+    let slack = parameters.regularise_tolerance.max(0.0);
     let level = parameters.horizontal_slope.clamp(0.0, 10.0).to_radians();
     if level > 0.0 {
         for patch in patches.iter_mut() {

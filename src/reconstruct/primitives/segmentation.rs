@@ -22,8 +22,13 @@ pub(super) struct Tolerances {
     pub smoothed: f64,
     /// Least cosine of the angle between the normals of a point and of its plane.
     pub cosine: f64,
-    /// Fewest points of a segment.
+    /// Fewest points of a segment at this density.
     pub inliers: usize,
+    /// Fewest points of a segment at any density.
+    pub fewest: usize,
+    /// Largest distance between neighbours of one segment, metres: about three times the spacing of the points. What is
+    /// left over is sparse, and its nearest neighbours may be on another roof.
+    pub reach: f64,
     /// Least standard deviation of a segment along its minor axis, metres: a row of points along an eave bears no
     /// plane.
     pub width: f64,
@@ -38,14 +43,36 @@ impl Tolerances {
         let distance = scaled.clamp(least, parameters.maximum_tolerance.max(least));
         // The error of a local plane at its own point is about σ √(3/k), and half as much again at its border.
         let smoothing = 1.5 * (3.0 / (neighbours + 1) as f64).sqrt();
+        let fewest = parameters.minimum_inliers.max(3);
         Self {
             noise,
             distance,
             smoothed: (scaled * smoothing).clamp(least, distance),
             cosine: parameters.normal_deviation.clamp(1.0, 90.0).to_radians().cos(),
-            inliers: ((parameters.minimum_area * density).round() as usize).max(parameters.minimum_inliers).max(3),
+            inliers: ((parameters.minimum_area * density).round() as usize).max(fewest),
+            fewest,
+            reach: 3.0 / density.max(1e-6).sqrt(),
             width: (2.0 * noise).max(0.15),
         }
+    }
+
+    /// Whether a point lies on a plane and looks the same way, given the local plane of the point.
+    pub fn admit(&self, plane: &Plane, point: &Point3<f64>, local: &Plane) -> bool {
+        let distance = plane.distance(point);
+        if distance.abs() > self.distance {
+            return false;
+        }
+        let cosine = plane.normal.dot(&local.normal);
+        let smoothed = distance - cosine * local.distance(point);
+        cosine.abs() >= self.cosine && smoothed.abs() <= self.smoothed
+    }
+
+    /// Laxer tolerances, for what stands on a roof: normals of few points are worse, so they may deviate one and a half
+    /// times as much, and an object that stands free needs a quarter fewer points to be believed.
+    pub fn lax(&self) -> Self {
+        let deviation = 1.5 * self.cosine.clamp(0.0, 1.0).acos();
+        let inliers = (self.inliers * 3 / 4).max(self.fewest);
+        Self { cosine: deviation.min(std::f64::consts::FRAC_PI_2).cos(), inliers, ..*self }
     }
 }
 
@@ -139,6 +166,49 @@ impl Segmentation {
             match fit.filter(|fit| members.len() >= fewest && fit.width >= tolerances.width) {
                 Some(fit) => self.push(&members, fit.plane),
                 None => members.iter().for_each(|&m| self.labels[m as usize] = NONE),
+            }
+        }
+    }
+
+    /// Dissolves segments that explain nothing: whose points the planes around them explain as well, up to the noise.
+    /// Such are the strips of points with mixed normals along ridges. The smallest go first.
+    pub fn dissolve_redundant(&mut self, points: &[Point3<f64>], neighbours: &Neighbours, tolerances: &Tolerances) {
+        /// Share of the points of a segment that the planes around it must explain.
+        const SHARE: f64 = 0.75;
+        /// Largest root mean square of the residuals there, relative to a third of the tolerance (one σ of the noise).
+        const RESIDUAL: f64 = 2.0;
+        let mut members = self.members();
+        let mut order: Vec<u32> = (0..members.len() as u32).collect();
+        order.sort_by_key(|&label| (members[label as usize].len(), label));
+        for label in order {
+            let own = std::mem::take(&mut members[label as usize]);
+            let mut around: Vec<u32> = own
+                .iter()
+                .flat_map(|&i| neighbours.of(i))
+                .map(|&j| self.labels[j as usize])
+                .filter(|&other| other != label && other != NONE)
+                .collect();
+            around.sort_unstable();
+            around.dedup();
+            let nearest = |&i: &u32| {
+                let at = |&other: &u32| (self.planes[other as usize].distance(&points[i as usize]).abs(), other);
+                around.iter().map(at).min_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            let explained: Vec<(u32, f64, u32)> = own
+                .iter()
+                .filter_map(|i| nearest(i).map(|(distance, other)| (*i, distance, other)))
+                .filter(|(_, distance, _)| *distance <= tolerances.distance)
+                .collect();
+            let squares: f64 = explained.iter().map(|(_, distance, _)| distance * distance).sum();
+            let limit = RESIDUAL * tolerances.distance / 3.0;
+            if explained.len() as f64 >= SHARE * own.len() as f64
+                && squares <= limit * limit * explained.len() as f64
+            {
+                own.iter().for_each(|&i| self.labels[i as usize] = NONE);
+                for (i, _, other) in explained {
+                    self.labels[i as usize] = other;
+                    members[other as usize].push(i);
+                }
             }
         }
     }

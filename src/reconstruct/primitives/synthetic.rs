@@ -1,4 +1,4 @@
-//! Roofs with known planes, scanned at random.
+//! Roofs with known planes, scanned on a jittered grid: no two points coincide, and no patch is missed altogether.
 
 use nalgebra::{Point3, Vector3};
 
@@ -19,10 +19,12 @@ impl Scan {
     /// Points on the height field `z(x, y)` over the rectangle from 0, 0 to this size, with noise along its normal.
     pub fn of(&self, size: [f64; 2], height: impl Fn(f64, f64) -> f64) -> Vec<Point3<f64>> {
         let mut random = Random::new(self.seed);
-        let count = (self.density * size[0] * size[1]).round() as usize;
-        (0..count)
-            .map(|_| {
-                let (x, y) = (random.unit() * size[0], random.unit() * size[1]);
+        let side = self.density.sqrt().recip();
+        let [columns, rows] = size.map(|length| (length / side).round().max(1.0) as usize);
+        (0..columns * rows)
+            .map(|cell| {
+                let mut at = |place: usize| (place as f64 + 0.1 + 0.8 * random.unit()) * side;
+                let (x, y) = (at(cell % columns), at(cell / columns));
                 let e = 1e-4;
                 let slope = Vector3::new(
                     (height(x + e, y) - height(x - e, y)) / (2.0 * e),

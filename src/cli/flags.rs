@@ -1,25 +1,48 @@
-//! The parameters of the method as flags, made from [`Parameters`] itself.
+//! Parameters as flags, made from the structures that hold them.
 //!
-//! A field of [`Parameters`] becomes a flag without a line here: its name is the flag, its documentation the help, its
-//! default the default, its type decides what is accepted. Fields of nested structures are joined by a dash.
+//! A new field of [`Parameters`] or [`SegmentOptions`] becomes a flag without a line here: its name is the flag, its
+//! documentation the help, its default the default, its type and range decide what is accepted. Fields of nested
+//! structures are flags like all others; that no two have the same name is tested.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command, FromArgMatches};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::reconstruct::Parameters;
+use crate::segment::SegmentOptions;
 
-/// The parameters of the method as flags.
+/// A structure whose fields are flags.
+pub trait Tunable: Clone + Default + Serialize + DeserializeOwned + JsonSchema {
+    /// Under which heading the help lists them.
+    const HEADING: &'static str;
+    /// Fields that have a flag of their own elsewhere.
+    const ELSEWHERE: &'static [&'static str];
+}
+
+impl Tunable for Parameters {
+    const HEADING: &'static str = "Method";
+    const ELSEWHERE: &'static [&'static str] = &[];
+}
+
+impl Tunable for SegmentOptions {
+    const HEADING: &'static str = "Which points belong to a building";
+    const ELSEWHERE: &'static [&'static str] = &["building_classes", "ground_classes"];
+}
+
+/// The fields of a structure as flags.
 #[derive(Debug, Clone, Default)]
-pub struct MethodArgs(pub Parameters);
+pub struct Flags<T>(pub T);
 
 /// One parameter.
 struct Flag {
     /// The flag without its dashes.
     name: String,
-    /// Where it stands in the JSON form of [`Parameters`], as a JSON pointer.
+    /// Where it stands in the JSON form of its structure, as a JSON pointer.
     pointer: String,
     /// What the documentation of the field says.
     help: String,
@@ -34,8 +57,10 @@ struct Flag {
 enum Kind {
     /// One of these names, each with its documentation.
     Choice(Vec<(String, String)>),
-    /// A JSON value of this type: `number`, `integer` or `boolean`.
-    Json(String),
+    /// A number, whole or not, from the first to the last limit.
+    Number { whole: bool, limits: [f64; 2] },
+    /// `true` or `false`.
+    Boolean,
     /// Text.
     Text,
 }
@@ -59,7 +84,12 @@ impl Kind {
             return Self::of(some);
         }
         match type_of(schema) {
-            Some(kind @ ("number" | "integer" | "boolean")) => Self::Json(kind.to_owned()),
+            Some("boolean") => Self::Boolean,
+            Some(kind @ ("number" | "integer")) => {
+                let limit = |key: &str, none: f64| schema.get(key).and_then(Value::as_f64).unwrap_or(none);
+                let limits = [limit("minimum", f64::NEG_INFINITY), limit("maximum", f64::INFINITY)];
+                Self::Number { whole: kind == "integer", limits }
+            }
             _ => Self::Text,
         }
     }
@@ -70,18 +100,8 @@ impl Kind {
                 let values = names.iter().map(|(name, help)| PossibleValue::new(name.clone()).help(help.clone()));
                 PossibleValuesParser::new(values).map(Value::String).into()
             }
-            Self::Json(kind) => {
-                let kind = kind.clone();
-                ValueParser::new(move |text: &str| -> Result<Value, String> {
-                    let value: Value = serde_json::from_str(text.trim()).unwrap_or_default();
-                    let fits = match kind.as_str() {
-                        "boolean" => value.is_boolean(),
-                        "integer" => value.is_i64() || value.is_u64(),
-                        _ => value.is_number(),
-                    };
-                    fits.then_some(value).ok_or_else(|| format!("a value of type {kind} is expected"))
-                })
-            }
+            &Self::Number { whole, limits } => ValueParser::new(move |text: &str| number(text, whole, limits)),
+            Self::Boolean => ValueParser::from(clap::builder::BoolValueParser::new().map(Value::Bool)),
             Self::Text => ValueParser::new(|text: &str| Ok::<_, String>(Value::String(text.to_owned()))),
         }
     }
@@ -89,10 +109,26 @@ impl Kind {
     fn placeholder(&self) -> &'static str {
         match self {
             Self::Choice(_) => "NAME",
-            Self::Json(kind) if kind == "boolean" => "BOOL",
-            Self::Json(_) => "NUMBER",
+            Self::Number { .. } => "NUMBER",
+            Self::Boolean => "BOOL",
             Self::Text => "TEXT",
         }
+    }
+}
+
+/// Reads a number.
+///
+/// # Errors
+/// What was expected instead.
+fn number(text: &str, whole: bool, [low, high]: [f64; 2]) -> Result<Value, String> {
+    let kind = if whole { "a whole number" } else { "a number" };
+    let value: Value = serde_json::from_str(text.trim()).unwrap_or_default();
+    match value.as_f64() {
+        Some(number) if whole && !(value.is_i64() || value.is_u64()) => Err(format!("{number} is not {kind}")),
+        Some(number) if number < low => Err(format!("{number} is less than {low}")),
+        Some(number) if number > high => Err(format!("{number} is more than {high}")),
+        Some(_) => Ok(value),
+        None => Err(format!("{kind} is expected")),
     }
 }
 
@@ -110,24 +146,25 @@ fn description(schema: &Value) -> String {
     text.replace("[`", "`").replace("`]", "`").replace('\n', ' ').trim_end_matches('.').to_owned()
 }
 
-/// One flag per parameter, in the order of the fields.
-fn flags() -> Vec<Flag> {
+/// One flag per field, in the order of the fields.
+fn flags<T: Tunable>() -> Vec<Flag> {
     let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
-    let schema = settings.into_generator().into_root_schema_for::<Parameters>().to_value();
-    let default = serde_json::to_value(Parameters::default()).unwrap_or_default();
+    let schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    let default = serde_json::to_value(T::default()).unwrap_or_default();
     let mut flags = Vec::new();
-    collect(&schema, &default, "", "", &mut flags);
+    collect(&schema, &default, "", &mut flags);
+    flags.retain(|flag| !T::ELSEWHERE.contains(&flag.pointer.trim_start_matches('/')));
     flags
 }
 
-fn collect(schema: &Value, default: &Value, prefix: &str, pointer: &str, flags: &mut Vec<Flag>) {
+fn collect(schema: &Value, default: &Value, pointer: &str, flags: &mut Vec<Flag>) {
     let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
     for (field, schema) in properties {
-        let name = format!("{prefix}{}", field.replace('_', "-"));
+        let name = field.replace('_', "-");
         let pointer = format!("{pointer}/{field}");
         let default = default.get(field).unwrap_or(&Value::Null);
         if schema.get("properties").is_some() {
-            collect(schema, default, &format!("{name}-"), &pointer, flags);
+            collect(schema, default, &pointer, flags);
         } else {
             flags.push(Flag {
                 name,
@@ -140,13 +177,13 @@ fn collect(schema: &Value, default: &Value, prefix: &str, pointer: &str, flags: 
     }
 }
 
-impl clap::Args for MethodArgs {
+impl<T: Tunable> clap::Args for Flags<T> {
     fn augment_args(command: Command) -> Command {
-        flags().into_iter().fold(command, |command, flag| {
+        flags::<T>().into_iter().fold(command, |command, flag| {
             let mut arg = Arg::new(flag.name.clone())
                 .long(flag.name)
                 .help(flag.help)
-                .help_heading("Method")
+                .help_heading(T::HEADING)
                 .value_name(flag.kind.placeholder())
                 .value_parser(flag.kind.parser());
             match flag.default {
@@ -163,7 +200,7 @@ impl clap::Args for MethodArgs {
     }
 }
 
-impl FromArgMatches for MethodArgs {
+impl<T: Tunable> FromArgMatches for Flags<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut method = Self::default();
         method.update_from_arg_matches(matches)?;
@@ -173,7 +210,7 @@ impl FromArgMatches for MethodArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         let fault = |text: String| clap::Error::raw(ErrorKind::ValueValidation, text + "\n");
         let mut parameters = serde_json::to_value(&self.0).map_err(|e| fault(e.to_string()))?;
-        for flag in flags() {
+        for flag in flags::<T>() {
             if matches.value_source(&flag.name) != Some(ValueSource::CommandLine) {
                 continue;
             }
@@ -196,40 +233,54 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::reconstruct::Detector;
+    use crate::reconstruct::primitives::Detector;
 
     #[derive(Debug, Parser)]
     struct Cli {
         #[command(flatten)]
-        method: MethodArgs,
+        method: Flags<Parameters>,
+        #[command(flatten)]
+        points: Flags<SegmentOptions>,
+    }
+
+    fn check<T: Tunable>() -> Vec<String> {
+        let fields = serde_json::to_value(T::default()).unwrap();
+        let flags = flags::<T>();
+        assert!(flags.len() + T::ELSEWHERE.len() >= fields.as_object().unwrap().len());
+        for flag in &flags {
+            assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
+            assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the structure", flag.pointer);
+        }
+        flags.into_iter().map(|flag| flag.name).collect()
     }
 
     #[test]
     fn every_parameter_is_a_flag_with_help() {
-        let fields = serde_json::to_value(Parameters::default()).unwrap();
-        let flags = flags();
-        assert!(flags.len() >= fields.as_object().unwrap().len());
-        for flag in &flags {
-            assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
-            assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the parameters", flag.pointer);
-        }
-        let mut names: Vec<_> = flags.iter().map(|f| &f.name).collect();
+        let mut names = check::<Parameters>();
+        names.extend(check::<SegmentOptions>());
+        let count = names.len();
         names.sort();
         names.dedup();
-        assert_eq!(names.len(), flags.len(), "two flags of one name");
+        assert_eq!(names.len(), count, "two flags of one name");
     }
 
     #[test]
-    fn defaults_are_those_of_the_parameters() {
-        assert_eq!(Cli::try_parse_from(["gable"]).unwrap().method.0, Parameters::default());
+    fn defaults_are_those_of_the_structures() {
+        let cli = Cli::try_parse_from(["gable"]).unwrap();
+        assert_eq!(cli.method.0, Parameters::default());
+        assert_eq!(cli.points.0, SegmentOptions::default());
     }
 
     #[test]
     fn a_flag_sets_its_parameter_and_nothing_else() {
         let set = Cli::try_parse_from(["gable", "--detector", "ransac"]).unwrap().method.0;
-        assert_eq!(set, Parameters { detector: Detector::Ransac, ..Parameters::default() });
+        let mut expected = Parameters::default();
+        expected.detection.detector = Detector::Ransac;
+        assert_eq!(set, expected);
         let message = Cli::try_parse_from(["gable", "--detector", "ransack"]).unwrap_err().to_string();
         assert!(message.contains("region-growing") && message.contains("'ransac'"), "{message}");
+        let set = Cli::try_parse_from(["gable", "--ring-width", "4.5"]).unwrap().points.0;
+        assert_eq!(set, SegmentOptions { ring_width: 4.5, ..SegmentOptions::default() });
     }
 
     #[test]
@@ -241,19 +292,22 @@ mod tests {
         };
         assert_eq!(parse(json!({"type": "number"}), "0.25"), Some(json!(0.25)));
         assert_eq!(parse(json!({"type": ["number", "null"]}), "x"), None);
+        assert_eq!(parse(json!({"type": "number", "minimum": 0.0}), "-0.1"), None);
+        assert_eq!(parse(json!({"type": "number", "maximum": 2}), "2.1"), None);
         assert_eq!(parse(json!({"type": "integer"}), "1.5"), None);
+        assert_eq!(parse(json!({"type": "integer", "minimum": 3}), "3"), Some(json!(3)));
         assert_eq!(parse(json!({"type": "boolean"}), "true"), Some(json!(true)));
         assert_eq!(parse(json!({"enum": ["a", "b"]}), "b"), Some(json!("b")));
         assert_eq!(parse(json!({"anyOf": [{"oneOf": [{"const": "a"}]}, {"type": "null"}]}), "b"), None);
     }
 
     #[test]
-    fn nested_parameters_are_joined_by_a_dash() {
+    fn nested_parameters_keep_their_own_names() {
         let schema =
             json!({"properties": {"cut": {"properties": {"max_cells": {"type": "integer", "description": "d"}}}}});
         let mut flags = Vec::new();
-        collect(&schema, &json!({"cut": {"max_cells": 3}}), "", "", &mut flags);
-        assert_eq!((flags[0].name.as_str(), flags[0].pointer.as_str()), ("cut-max-cells", "/cut/max_cells"));
+        collect(&schema, &json!({"cut": {"max_cells": 3}}), "", &mut flags);
+        assert_eq!((flags[0].name.as_str(), flags[0].pointer.as_str()), ("max-cells", "/cut/max_cells"));
         assert_eq!(flags[0].default, json!(3));
     }
 }
