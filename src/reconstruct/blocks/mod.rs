@@ -55,11 +55,7 @@ pub fn block(polygon: &FootprintPolygon, ground: i64, top: i64, step: [f64; 3]) 
     if polygon.first().is_none_or(|exterior| corners(exterior).is_none()) {
         return None;
     }
-    let roof = Surface {
-        slope: Some(0.0),
-        heights: Some([top as f64 * step[2]; 2]),
-        ..Surface::of(SurfaceType::Roof)
-    };
+    let roof = Surface { slope: Some(0.0), heights: Some([top as f64 * step[2]; 2]), ..Surface::of(SurfaceType::Roof) };
     let mut solid = Solid {
         step,
         vertices: Vec::new(),

@@ -69,7 +69,7 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
             if conflicts.iter().any(Conflict::is_exact) {
                 note(notes, "the footprint touches itself at a point: a corner there was cut off by 1 cm or less");
             }
-            waiting.push(Patient { rings: cut(rings, &conflicts, snap), rounds: rounds + 1 });
+            waiting.push(Patient { rings: cut(&rings, &conflicts, snap), rounds: rounds + 1 });
         }
     }
     done
@@ -140,8 +140,8 @@ fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
                 continue;
             }
             let n = rings[here.ring].len();
-            let is_neighbour = here.ring == there.ring
-                && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
+            let is_neighbour =
+                here.ring == there.ring && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
             if !is_neighbour {
                 found.extend(between(rings, (here, e), (there, f), snap));
             }
@@ -163,8 +163,8 @@ fn between(
         return vec![crossing];
     }
     let axis = usize::from(e[0][0] == e[1][0]);
-    let overlap =
-        e[0][axis].max(e[1][axis]).min(f[0][axis].max(f[1][axis])) - e[0][axis].min(e[1][axis]).max(f[0][axis].min(f[1][axis]));
+    let overlap = e[0][axis].max(e[1][axis]).min(f[0][axis].max(f[1][axis]))
+        - e[0][axis].min(e[1][axis]).max(f[0][axis].min(f[1][axis]));
     if to_f == [0, 0] && overlap > 0 {
         return vec![crossing];
     }
@@ -184,7 +184,7 @@ fn between(
 
 /// The polygon with the sharper corner of every touching pair cut off: of two corners that touch without crossing, the
 /// sharper never holds the other, so that its cut meets nothing.
-fn cut(rings: FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintPolygon {
+fn cut(rings: &FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintPolygon {
     let sharpness = |place: Place| {
         let ring = &rings[place.ring];
         let n = ring.len();
@@ -227,9 +227,8 @@ fn cut(rings: FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintP
 fn towards(tip: Point, end: Point, snap: f64) -> Option<Point> {
     let length = distance(tip, end);
     let share = (CUT * snap / length).min(1.0 / 3.0);
-    (share * length >= snap).then(|| {
-        std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64)
-    })
+    (share * length >= snap)
+        .then(|| std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64))
 }
 
 /// The polygon as one or several without crossings (even-odd rule), rounded to the grid again.
