@@ -163,7 +163,8 @@ impl Complex {
         }
         // The negative side of x min, y min, z min is outside, and the positive side of x max, y max, z max.
         let outside = [negative, positive].map(|cell| cell == OUTSIDE);
-        let expected = if facet.plane < 6 { [facet.plane.is_multiple_of(2), !facet.plane.is_multiple_of(2)] } else { [false; 2] };
+        let expected =
+            if facet.plane < 6 { [facet.plane.is_multiple_of(2), !facet.plane.is_multiple_of(2)] } else { [false; 2] };
         if outside == expected { Ok(()) } else { Err(Fault::Box { facet: id }) }
     }
 
