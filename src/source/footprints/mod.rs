@@ -1,8 +1,6 @@
-//! Footprints: polygons with attributes.
-
+//! Footprints.
 use geo::MultiPolygon;
 use serde_json::{Map, Value};
-
 /// One footprint with usable geometry.
 #[derive(Debug, Clone)]
 pub struct Footprint {

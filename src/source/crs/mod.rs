@@ -1,0 +1,124 @@
+//! Coordinate reference systems: where they come from, what their units are, and how to go from one to another.
+//!
+//! A [`Crs`] is plain data and goes from thread to thread; PROJ, which understands it, is asked anew each time and
+//! with the database that is linked into the binary, whatever `PROJ_DATA` says.
+
+mod definition;
+mod geotiff;
+mod proj_ffi;
+mod transform;
+
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+use crate::error::InputError;
+
+pub use transform::Transformer;
+
+/// The user id of the records of a LAS header that hold a CRS (LAS 1.4, section 2.5.3).
+const LAS_PROJECTION: &str = "LASF_Projection";
+/// The record that holds OGC WKT (LAS 1.4, section 2.5.3.1).
+const LAS_WKT_RECORD: u16 = 2112;
+/// What to write where a CRS is expected.
+const EXAMPLES: &str = "Give it as a code such as EPSG:7415, as a pair such as EPSG:2154+5720, or as WKT";
+
+/// A coordinate reference system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crs {
+    /// WKT2 of the whole system (compound systems whole), as PROJ writes it.
+    pub wkt: String,
+    /// Authority and code of the whole system, such as `EPSG:7415`; for a compound system that has no code of its own
+    /// but whose parts have, `EPSG:2154+5720`; `None` when there is none.
+    pub code: Option<String>,
+    /// Its name.
+    pub name: String,
+    /// Metres per unit along x, y and z (z takes the horizontal unit when the system has no vertical part). For
+    /// geographic systems x and y are those of a degree (or other angle) along the equator.
+    pub metres_per_unit: [f64; 3],
+    /// Whether it is geographic: its horizontal unit is an angle.
+    pub is_geographic: bool,
+}
+
+impl Crs {
+    /// The CRS of a LAS header: WKT VLR or EVLR (whether or not the header's WKT bit is set), else GeoTIFF keys; `None`
+    /// when it has neither.
+    ///
+    /// # Errors
+    /// What is wrong with a CRS that is there but cannot be understood.
+    pub fn from_header(header: &las::Header) -> Result<Option<Self>, String> {
+        let record = |id: u16| {
+            header
+                .all_vlrs()
+                .find(|vlr| vlr.record_id == id && vlr.user_id.eq_ignore_ascii_case(LAS_PROJECTION))
+                .map(|vlr| vlr.data.as_slice())
+        };
+        let wkt = record(LAS_WKT_RECORD).map(|bytes| {
+            let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
+            String::from_utf8_lossy(&bytes[..end]).trim().to_string()
+        });
+        let from_wkt = wkt
+            .filter(|text| !text.is_empty())
+            .map(|text| definition::from_wkt(&text).map_err(|e| format!("its WKT cannot be understood: {e}")));
+        if let Some(Ok(crs)) = from_wkt {
+            return Ok(Some(crs));
+        }
+        match (geotiff::read(record), from_wkt) {
+            (Ok(Some(crs)), _) => Ok(Some(crs)),
+            (_, Some(Err(e))) | (Err(e), _) => Err(e),
+            (Ok(None), _) => Ok(None),
+        }
+    }
+
+    /// A CRS as a user or a file names it: `EPSG:7415`, `28992` (EPSG is meant), `EPSG:2154+5720`, URN, URI, WKT of any
+    /// dialect, PROJJSON, PROJ string, or the exact name of a system in the EPSG database.
+    ///
+    /// # Errors
+    /// What could not be understood, with examples of what can.
+    pub fn parse(text: &str) -> Result<Self, InputError> {
+        definition::parse(text).map_err(|reason| {
+            let shown: String = text.trim().chars().take(80).collect();
+            InputError::new(
+                "coordinate reference system",
+                format!("`{shown}`: {reason}"),
+                "a horizontal or compound reference system",
+            )
+            .remedy(EXAMPLES)
+        })
+    }
+
+    /// WGS 84 with longitude first, which GeoJSON means when it names no CRS (RFC 7946, section 4).
+    ///
+    /// # Errors
+    /// When PROJ cannot be used at all.
+    pub fn wgs84() -> Result<Self, InputError> {
+        Self::parse("OGC:CRS84")
+    }
+
+    /// The form that CityJSON wants for `metadata.referenceSystem`, such as
+    /// `https://www.opengis.net/def/crs/EPSG/0/7415`; for a pair of codes that of the horizontal part. `None` when the
+    /// system has no code.
+    pub fn reference_system(&self) -> Option<String> {
+        let (authority, code) = self.code.as_deref()?.split_once(':')?;
+        let horizontal = code.split('+').next()?;
+        let version = if authority == "OGC" { "1.3" } else { "0" };
+        Some(format!("https://www.opengis.net/def/crs/{authority}/{version}/{horizontal}"))
+    }
+
+    /// Whether two systems have the same horizontal part, so that x and y of one are x and y of the other: 28992 and
+    /// 7415 do.
+    pub fn is_same_horizontally(&self, other: &Self) -> bool {
+        self == other || transform::is_same_horizontally(self, other)
+    }
+}
+
+/// The code and the name: `EPSG:7415 (Amersfoort / RD New + NAP height)`.
+impl fmt::Display for Crs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.code {
+            Some(code) => write!(f, "{code} ({})", self.name),
+            None => write!(f, "{} (no code)", self.name),
+        }
+    }
+}
