@@ -4,6 +4,7 @@
 //! [`surface`]. Nothing here does I/O, starts a thread or reads a clock; random numbers are drawn from a seed derived
 //! from the building id: the same site gives the same bytes.
 
+pub mod blocks;
 pub mod complex;
 pub mod labelling;
 pub mod occupancy;
