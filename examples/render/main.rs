@@ -18,9 +18,10 @@ mod text;
 
 use std::error::Error;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::Parser;
-use gable::evaluate::{DistanceSummary, Shape, count_faces, read_points, read_shapes};
+use gable::evaluate::{DistanceSummary, ModelFile, Shape, TileFilter, count_faces, read_shapes, stream_points};
 use nalgebra::Point3;
 use scene::{View, on_shape, picture};
 use sheet::{Tile, contact_sheet};
@@ -47,7 +48,7 @@ struct Options {
     each: bool,
     /// LAS or LAZ files whose building points are drawn over the model.
     #[arg(long, num_args = 1.., value_name = "TILE")]
-    points: Vec<PathBuf>,
+    points: Vec<String>,
     /// The classes of the points that are drawn.
     #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
     class: Vec<u8>,
@@ -68,15 +69,23 @@ struct Options {
     elevation: f64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse();
-    let model = read_shapes(&options.model, &options.lod)?;
-    let points =
-        if options.points.is_empty() { Vec::new() } else { read_points(&options.points, &options.class, &model)? };
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+    let model = read_shapes(&options.model, &options.lod, None)?;
+    let points = points_of(options, &model)?;
     let height = (options.size as f64 * options.aspect.clamp(0.1, 10.0)) as usize;
     let view =
         View { azimuth: options.azimuth, elevation: options.elevation, size: [options.size, height], floor: true };
-    let chosen = choose(&model.shapes, &points, &options)?;
+    let chosen = choose(&model.shapes, &points, options)?;
     let image = match chosen {
         None => {
             let all: Vec<&Shape> = model.shapes.iter().collect();
@@ -92,6 +101,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     image.save_png(&options.output)?;
     println!("{}: {} × {} pixels", options.output.display(), image.width(), image.height());
     Ok(())
+}
+
+/// The points of the tiles that the options name, in the frame of the model.
+fn points_of(options: &Options, model: &ModelFile) -> Result<Vec<Point3<f64>>, Box<dyn Error>> {
+    let mut points = Vec::new();
+    if options.points.is_empty() {
+        return Ok(points);
+    }
+    let tiles = gable::source::points::expand(&options.points)?;
+    let filter = TileFilter { classes: &options.class, frame: model.frame, crs: model.crs.as_ref() };
+    let everywhere = [[[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]]];
+    for problem in stream_points(&tiles, filter, &everywhere, &mut |batch| points.extend_from_slice(batch))? {
+        eprintln!("warning: {problem}");
+    }
+    Ok(points)
 }
 
 /// The buildings that the options ask for; `None` when they ask for the neighbourhood as a whole.

@@ -1,6 +1,6 @@
 //! The evaluation of a city model as data: what the table prints and the JSON file holds.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 
 use rayon::prelude::*;
@@ -34,8 +34,9 @@ pub struct BuildingEvaluation {
     pub id: String,
     /// Number of faces, solid by solid.
     pub solids: Vec<FaceCount>,
-    /// val3dity codes of the faults of its solids; empty when they are valid or there is none.
-    pub faults: Vec<u16>,
+    /// Faults of its solids; absent when validity was not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults: Option<Vec<String>>,
     /// How well the points agree with it; absent when no points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Agreement>,
@@ -77,8 +78,9 @@ pub struct Overall {
     pub with_geometry: usize,
     /// Solids.
     pub solids: usize,
-    /// Solids without a fault.
-    pub valid_solids: usize,
+    /// Solids without a fault; absent when validity was not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid_solids: Option<usize>,
     /// Faces per solid as the model has them.
     pub faces: Option<Typical>,
     /// Faces per solid once coplanar neighbours are merged.
@@ -135,11 +137,12 @@ pub struct OverallReference {
 }
 
 impl Evaluation {
-    /// Evaluates `shapes`: their complexity, the faults found in each (val3dity codes per solid), the agreement with points
-    /// if they were measured (over all, and shape by shape), and with reference shapes in the same frame if there are any.
+    /// Evaluates `shapes`: their complexity, the faults of each of their solids if they were validated (shape by shape), the
+    /// agreement with points if they were measured (over all, and shape by shape), and with reference shapes in the same
+    /// frame if there are any.
     pub fn new(
         shapes: &[Shape],
-        faults: &[Vec<Vec<u16>>],
+        faults: Option<&[Vec<Vec<String>>]>,
         points: Option<(Agreement, Vec<Agreement>)>,
         reference: Option<&[Shape]>,
     ) -> Self {
@@ -150,14 +153,15 @@ impl Evaluation {
             .par_iter()
             .enumerate()
             .map(|(index, shape)| {
-                let mut codes: Vec<u16> = faults.get(index).into_iter().flatten().flatten().copied().collect();
-                codes.sort_unstable();
-                codes.dedup();
+                let of_shape = |faults: &[Vec<Vec<String>>]| {
+                    let all: BTreeSet<&String> = faults.get(index).into_iter().flatten().flatten().collect();
+                    all.into_iter().cloned().collect()
+                };
                 let other = references.as_ref().and_then(|map| find(map, &shape.id));
                 BuildingEvaluation {
                     id: shape.id.clone(),
                     solids: count_faces(shape),
-                    faults: codes,
+                    faults: faults.map(of_shape),
                     points: each_points.get(index).copied(),
                     reference: other.map(|other| compare(shape, other)),
                 }
@@ -165,12 +169,11 @@ impl Evaluation {
             .collect();
         let counts: Vec<FaceCount> = buildings.iter().flat_map(|b| &b.solids).copied().collect();
         let typical = |of: fn(&FaceCount) -> usize| Typical::of(counts.iter().map(|c| of(c) as f64));
-        let faulty = faults.iter().flatten().filter(|codes| !codes.is_empty()).count();
         let overall = Overall {
             buildings: buildings.len(),
             with_geometry: buildings.iter().filter(|b| !b.solids.is_empty()).count(),
             solids: counts.len(),
-            valid_solids: counts.len().saturating_sub(faulty),
+            valid_solids: faults.map(|faults| faults.iter().flatten().filter(|faults| faults.is_empty()).count()),
             faces: typical(|c| c.faces),
             merged_faces: typical(|c| c.merged),
             triangles: typical(|c| c.triangles),
@@ -277,14 +280,15 @@ mod tests {
     fn a_model_against_its_reference() {
         let ours = [block("a", [0.0; 3], [10.0, 10.0, 6.0]), block("b", [20.0, 0.0, 0.0], [30.0, 10.0, 9.0])];
         let theirs = [block("a-0", [0.0; 3], [10.0, 10.0, 5.0]), block("z", [0.0; 3], [1.0; 3])];
-        let found = Evaluation::new(&ours, &[vec![vec![]], vec![vec![302, 203]]], None, Some(&theirs));
+        let faults = [vec![vec![]], vec![vec!["302".to_owned(), "203".to_owned()]]];
+        let found = Evaluation::new(&ours, Some(&faults), None, Some(&theirs));
         let reference = found.overall.reference.as_ref().unwrap();
         assert_eq!((reference.matched, reference.missing.as_slice()), (1, ["z".to_owned()].as_slice()));
         assert!((reference.volume_iou.unwrap() - 5.0 / 6.0).abs() < 1e-6);
         assert!((reference.roof_distance.unwrap() - 1.0).abs() < 1e-6);
         assert_eq!((reference.top_offset, reference.ground_offset), (Some(1.0), Some(0.0)));
-        assert_eq!((found.overall.solids, found.overall.valid_solids), (2, 1));
-        assert_eq!(found.buildings[1].faults, [203, 302]);
+        assert_eq!((found.overall.solids, found.overall.valid_solids), (2, Some(1)));
+        assert_eq!(found.buildings[1].faults.as_deref(), Some(["203".to_owned(), "302".to_owned()].as_slice()));
         assert_eq!(found.overall.merged_faces, Some(Typical { mean: 6.0, median: 6.0 }));
         assert!(found.buildings[1].reference.is_none() && found.overall.points.is_none());
     }

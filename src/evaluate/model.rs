@@ -1,104 +1,150 @@
-//! A city model file as shapes.
+//! City model files as shapes, and tiles as points in their frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use nalgebra::Point3;
-use serde_json::Value;
 
 use super::shape::{Shape, ShapeFace};
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::site::Frame;
-use crate::solid::SurfaceType;
+use crate::solid::{Solid, SurfaceType};
+use crate::source::cityjson::{self, CityModel, Geometry, GeometryKind};
+use crate::source::crs::Crs;
 
 /// The buildings of a city model in one local frame.
 #[derive(Debug, Clone)]
 pub struct ModelFile {
     /// The local frame of all shapes.
     pub frame: Frame,
-    /// The buildings, in the order of the file.
+    /// The CRS of the model, when the file names one that can be understood.
+    pub crs: Option<Crs>,
+    /// The buildings, in the order of the file. One without geometry at the level of detail has no faces.
     pub shapes: Vec<Shape>,
+    /// The solids of each building on the grid of the frame, as the validator takes them; an error is what keeps a geometry
+    /// from being a solid of one shell.
+    pub solids: Vec<Vec<Result<Solid, String>>>,
 }
 
-/// TEMPORARY reader.
-pub fn read_shapes(path: &Path, lod: &str) -> Result<ModelFile> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "read", e))?;
-    let bad = |e: serde_json::Error| InputError::new(path, e.to_string(), "CityJSON");
-    let docs: Vec<Value> = match serde_json::from_str::<Value>(&text) {
-        Ok(v) => vec![v],
-        Err(_) => text.lines().map(serde_json::from_str).collect::<std::result::Result<_, _>>().map_err(bad)?,
-    };
-    let t = docs[0]["transform"].clone();
-    let arr = |v: &Value| -> [f64; 3] { std::array::from_fn(|i| v[i].as_f64().unwrap()) };
-    let (scale, translate) = (arr(&t["scale"]), arr(&t["translate"]));
-    let frame = Frame { origin: translate.map(f64::floor), metres_per_unit: [1.0; 3] };
-    let mut shapes = Vec::new();
-    for doc in &docs {
-        let vertices: Vec<Point3<f64>> = doc["vertices"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|v| {
-                let v = arr(v);
-                frame.to_local(std::array::from_fn(|i| v[i] * scale[i] + translate[i]))
-            })
-            .collect();
-        let ring = |v: &Value| -> Vec<Point3<f64>> {
-            v.as_array().unwrap().iter().map(|i| vertices[i.as_u64().unwrap() as usize]).collect()
+/// The polygons of one building while its objects are gathered.
+#[derive(Default)]
+struct Gathered {
+    faces: Vec<ShapeFace>,
+    footprint: Vec<Vec<Vec<Point3<f64>>>>,
+    solids: Vec<Result<Solid, String>>,
+    count: u32,
+}
+
+/// Reads the buildings of a CityJSON (1.0 to 2.0) or CityJSONSeq file at one level of detail, such as `2.2`.
+///
+/// The parts of a building become one shape under the id of the building. `frame` is that of the model to compare with;
+/// without one a frame is made from the file: its origin is near the first vertex, and its units are those of the CRS.
+///
+/// # Errors
+/// The file cannot be read, its CRS is geographic (distances in degrees mean nothing), or no building has geometry at
+/// this level of detail.
+pub fn read_shapes(path: &Path, lod: &str, frame: Option<Frame>) -> Result<ModelFile> {
+    let features = cityjson::features(path)?;
+    let crs = features.head().crs_code().and_then(|code| Crs::parse(&code).ok());
+    if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic) {
+        return Err(InputError::new(path, format!("the geographic CRS {}", crs.name), "coordinates in metres or feet")
+            .at("metadata.referenceSystem")
+            .remedy("Reproject the model before it is measured")
+            .into());
+    }
+    let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
+    let mut frame = frame;
+    let (mut shapes, mut solids, mut lods) = (Vec::new(), Vec::new(), BTreeSet::new());
+    for feature in features {
+        let feature = feature?;
+        let Some(first) = feature.vertices.first() else { continue };
+        let frame = frame.get_or_insert_with(|| Frame { origin: first.map(f64::floor), metres_per_unit });
+        for (id, gathered) in gather(&feature, lod, frame, &mut lods) {
+            shapes.push(Shape::new(id, gathered.faces, &gathered.footprint));
+            solids.push(gathered.solids);
+        }
+    }
+    if shapes.iter().all(|shape| shape.faces.is_empty()) {
+        let found = match lods.len() {
+            0 => "no building with surfaces".to_owned(),
+            _ => format!("buildings at LoD {} only", lods.into_iter().collect::<Vec<_>>().join(", ")),
         };
-        let mut groups: BTreeMap<String, (Vec<ShapeFace>, Vec<Vec<Vec<Point3<f64>>>>, u32)> = BTreeMap::new();
-        for (id, object) in doc["CityObjects"].as_object().unwrap() {
-            let parent = object["parents"][0].as_str().unwrap_or(id);
-            let group = groups.entry(parent.to_owned()).or_default();
-            for geometry in object["geometry"].as_array().into_iter().flatten() {
-                let l = geometry["lod"].as_str().map(str::to_owned).unwrap_or_else(|| geometry["lod"].to_string());
-                let kind = |v: &Value| {
-                    let s = &geometry["semantics"]["surfaces"][v.as_u64()? as usize]["type"];
-                    Some(match s.as_str()? {
-                        "RoofSurface" => SurfaceType::Roof,
-                        "GroundSurface" => SurfaceType::Ground,
-                        "OuterCeilingSurface" => SurfaceType::OuterCeiling,
-                        _ => SurfaceType::Wall,
-                    })
-                };
-                let polygons = |b: &Value| -> Vec<Vec<Vec<Point3<f64>>>> {
-                    b.as_array().unwrap().iter().map(|p| p.as_array().unwrap().iter().map(ring).collect()).collect()
-                };
-                if l == "0" || l == "0.0" {
-                    group.1.extend(polygons(&geometry["boundaries"]));
-                }
-                if l != lod {
-                    continue;
-                }
-                let (b, v) = if geometry["type"] == "Solid" {
-                    (&geometry["boundaries"][0], &geometry["semantics"]["values"][0])
-                } else {
-                    (&geometry["boundaries"], &geometry["semantics"]["values"])
-                };
-                for (i, rings) in polygons(b).into_iter().enumerate() {
-                    group.0.push(ShapeFace { rings, kind: kind(&v[i]), solid: group.2 });
-                }
-                group.2 += 1;
-            }
-        }
-        for (id, (faces, outline, _)) in groups {
-            shapes.push(Shape::new(id, faces, &outline));
-        }
+        return Err(InputError::new(path, found, format!("buildings at LoD {lod}"))
+            .remedy("Choose a level of detail that the file has with --lod")
+            .into());
     }
-    Ok(ModelFile { frame, shapes })
+    let frame = frame.unwrap_or(Frame { origin: [0.0; 3], metres_per_unit });
+    Ok(ModelFile { frame, crs, shapes, solids })
 }
 
-/// TEMPORARY
-pub fn read_points(paths: &[std::path::PathBuf], classes: &[u8], model: &ModelFile) -> Result<Vec<Point3<f64>>> {
-    let mut out = Vec::new();
-    for path in paths {
-        let mut r = las::Reader::from_path(path).unwrap();
-        let d = r.read_all().unwrap();
-        for (((x, y), z), c) in d.x().zip(d.y()).zip(d.z()).zip(d.classification()) {
-            if classes.contains(&c) {
-                out.push(model.frame.to_local([x, y, z]));
+/// The buildings of a model or feature by id, in the order of the file.
+fn gather(model: &CityModel, lod: &str, frame: &Frame, lods: &mut BTreeSet<String>) -> Vec<(String, Gathered)> {
+    let mut found: Vec<(String, Gathered)> = Vec::new();
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    let parents: BTreeMap<&str, &str> =
+        model.objects.iter().filter_map(|o| Some((o.id.as_str(), o.parents.first()?.as_str()))).collect();
+    let root = |id| {
+        let mut id: &str = id;
+        // Objects that are each other's parents would never end.
+        for _ in 0..16 {
+            id = parents.get(id).copied().unwrap_or(id);
+        }
+        id
+    };
+    for object in model.objects.iter().filter(|o| matches!(o.kind.as_str(), "Building" | "BuildingPart")) {
+        let id = root(&object.id);
+        let place = *places.entry(id).or_insert_with(|| {
+            found.push((id.to_owned(), Gathered::default()));
+            found.len() - 1
+        });
+        let Some((_, building)) = found.get_mut(place) else { continue };
+        for geometry in &object.geometries {
+            if geometry.lod == lod {
+                building.add(model, geometry, frame);
+            } else if matches!(geometry.lod.as_str(), "0" | "0.0" | "0.1" | "0.2" | "0.3") {
+                let faces = geometry.shells.iter().flat_map(|shell| &shell.faces);
+                building.footprint.extend(faces.map(|face| points(model, &face.rings, frame)));
+            } else if !geometry.shells.is_empty() {
+                lods.insert(geometry.lod.clone());
             }
         }
     }
-    Ok(out)
+    found
+}
+
+impl Gathered {
+    fn add(&mut self, model: &CityModel, geometry: &Geometry, frame: &Frame) {
+        let first = self.count;
+        for shell in &geometry.shells {
+            let solid = first + shell.solid as u32;
+            self.count = self.count.max(solid + 1);
+            self.faces.extend(shell.faces.iter().map(|face| {
+                let surface = face.surface.and_then(|s| geometry.surfaces.get(s as usize));
+                let kind = surface.and_then(|s| kind_of(&s.kind));
+                ShapeFace { rings: points(model, &face.rings, frame), kind, solid }
+            }));
+        }
+        if matches!(geometry.kind, GeometryKind::Solid) {
+            self.solids.push(model.solid(geometry, frame));
+        } else if !geometry.shells.is_empty() {
+            self.solids.push(Err("surfaces, not a solid".to_owned()));
+        }
+    }
+}
+
+/// The rings of a face in local metres.
+fn points(model: &CityModel, rings: &[Vec<u32>], frame: &Frame) -> Vec<Vec<Point3<f64>>> {
+    let point = |&vertex: &u32| model.vertices.get(vertex as usize).map(|v| frame.to_local(*v));
+    rings.iter().map(|ring| ring.iter().filter_map(point).collect()).collect()
+}
+
+/// The type of a semantic surface; `None` for those that say nothing of where a face looks.
+fn kind_of(kind: &str) -> Option<SurfaceType> {
+    match kind {
+        "RoofSurface" | "OuterFloorSurface" => Some(SurfaceType::Roof),
+        "WallSurface" => Some(SurfaceType::Wall),
+        "GroundSurface" => Some(SurfaceType::Ground),
+        "OuterCeilingSurface" => Some(SurfaceType::OuterCeiling),
+        _ => None,
+    }
 }

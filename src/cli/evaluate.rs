@@ -1,0 +1,212 @@
+//! `gable evaluate`: how good is a city model.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::output::{print, table, thousands};
+use crate::error::{Error, InputError, Result};
+use crate::evaluate::{
+    Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
+    TileFilter, Typical, read_shapes,
+};
+use crate::source::points;
+
+/// How many buildings the table names; the JSON file has all.
+const NAMED: usize = 10;
+
+/// Measure a city model: its faces, and its distance to points and to a reference model
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file
+    pub model: PathBuf,
+    /// Tiles whose building points are compared with the roofs: files, folders or glob patterns
+    #[arg(long, num_args = 1.., value_name = "TILES")]
+    pub points: Vec<String>,
+    /// City model to compare with; buildings are matched by id
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Classes of the building points
+    #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
+    pub building_class: Vec<u8>,
+    /// Level of detail that is measured, in the model and in the reference
+    #[arg(long, default_value = "2.2")]
+    pub lod: String,
+    /// Level of detail of the reference, where it differs
+    #[arg(long, value_name = "LOD", requires = "reference")]
+    pub reference_lod: Option<String>,
+    /// Write all figures, building by building, to this JSON file
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Runs the command; what is wrong with tiles goes to standard error.
+///
+/// # Errors
+/// A file cannot be read or written, or the model, the tiles and the reference are not in one CRS.
+pub fn run(args: &EvaluateArgs) -> Result<u8> {
+    let model = read_shapes(&args.model, &args.lod, None)?;
+    let points = if args.points.is_empty() { None } else { Some(measure(&model, args)?) };
+    let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
+    let evaluation = Evaluation::new(&model.shapes, None, points, reference.as_ref().map(|r| r.shapes.as_slice()));
+    if let Some(path) = &args.json {
+        write_json(path, &evaluation)?;
+    }
+    print(&text(&evaluation))?;
+    Ok(0)
+}
+
+fn measure(model: &ModelFile, args: &EvaluateArgs) -> Result<(Agreement, Vec<Agreement>)> {
+    let tiles = points::expand(&args.points)?;
+    let mut meter = PointMeter::new(&model.shapes);
+    let filter = TileFilter { classes: &args.building_class, frame: model.frame, crs: model.crs.as_ref() };
+    for problem in meter.add_tiles(&tiles, filter)? {
+        eprintln!("warning: {problem}");
+    }
+    let found = meter.finish();
+    if found.0.points == 0 {
+        let classes: Vec<String> = args.building_class.iter().map(u8::to_string).collect();
+        eprintln!(
+            "warning: no point of class {} lies on a building of {}: is --building-class right, and are model and tiles \
+             in the same CRS?",
+            classes.join(" or "),
+            args.model.display()
+        );
+    }
+    Ok(found)
+}
+
+fn read_reference(path: &Path, model: &ModelFile, args: &EvaluateArgs) -> Result<ModelFile> {
+    let lod = args.reference_lod.as_ref().unwrap_or(&args.lod);
+    let reference = read_shapes(path, lod, Some(model.frame))?;
+    if let (Some(ours), Some(theirs)) = (&model.crs, &reference.crs)
+        && !ours.is_same_horizontally(theirs)
+    {
+        return Err(InputError::new(path, format!("the CRS {}", theirs.name), format!("{}, that of the model", ours.name))
+            .remedy("Compare models in one CRS")
+            .into());
+    }
+    Ok(reference)
+}
+
+fn write_json(path: &Path, evaluation: &Evaluation) -> Result<()> {
+    let write = |e: std::io::Error| Error::io(path, "write", e);
+    let mut file = BufWriter::new(File::create(path).map_err(write)?);
+    serde_json::to_writer_pretty(&mut file, evaluation).map_err(|e| write(e.into()))?;
+    file.write_all(b"\n").and_then(|()| file.flush()).map_err(write)
+}
+
+/// The evaluation for a person.
+fn text(evaluation: &Evaluation) -> String {
+    let mut rows = complexity(&evaluation.overall);
+    if let Some(points) = &evaluation.overall.points {
+        rows.extend(agreement(points, &evaluation.overall));
+    }
+    if let Some(reference) = &evaluation.overall.reference {
+        rows.extend(against_reference(reference));
+    }
+    table(&rows, "") + &worst(&evaluation.buildings)
+}
+
+fn row(name: &str, value: impl Into<String>) -> Vec<String> {
+    vec![name.to_owned(), value.into()]
+}
+
+/// A figure in metres; `–` when there is none.
+fn metres(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.3} m"))
+}
+
+fn share(value: f64) -> String {
+    format!("{:.1} %", 100.0 * value)
+}
+
+fn complexity(overall: &Overall) -> Vec<Vec<String>> {
+    let number = |n: usize| thousands(n as u64);
+    let typical = |t: Option<Typical>| t.map_or_else(|| "–".to_owned(), |t| format!("{:.1} / {:.1}", t.mean, t.median));
+    let mut rows = vec![
+        row("buildings", number(overall.buildings)),
+        row("  with geometry", number(overall.with_geometry)),
+        row("solids", number(overall.solids)),
+    ];
+    rows.extend(overall.valid_solids.map(|valid| row("  valid", number(valid))));
+    rows.push(row("faces per solid, mean / median", typical(overall.faces)));
+    rows.push(row("  coplanar ones merged", typical(overall.merged_faces)));
+    rows.push(row("  triangles", typical(overall.triangles)));
+    rows
+}
+
+fn agreement(points: &Agreement, overall: &Overall) -> Vec<Vec<String>> {
+    let number = |n: usize| thousands(n as u64);
+    let mut rows = vec![
+        row("building points on buildings", number(points.points)),
+        row("  without roof above or below", number(points.without_roof)),
+    ];
+    let mut distances = |name: &str, summary: Option<DistanceSummary>| {
+        let Some(s) = summary else { return };
+        rows.push(row(&format!("{name}, median"), metres(Some(s.median))));
+        rows.push(row("  90th percentile", metres(Some(s.p90))));
+        rows.push(row("  root mean square", metres(Some(s.rmse))));
+        rows.push(row("  within 0.1 m", share(s.within_0_1)));
+        rows.push(row("  within 0.2 m", share(s.within_0_2)));
+        rows.push(row("  within 0.5 m", share(s.within_0_5)));
+    };
+    distances("vertical distance to the roof", points.vertical);
+    distances("distance to the nearest face", points.orthogonal);
+    rows.push(row("roof above (−) or below (+) the points", metres(points.vertical.map(|v| v.offset))));
+    if let Some(tops) = overall.tops {
+        rows.push(row("tops over the highest point", format!("of {} buildings", number(tops.buildings))));
+        rows.push(row("  by more than 0.5 m", number(tops.above_0_5)));
+        rows.push(row("  by more than 1 m", number(tops.above_1)));
+    }
+    rows
+}
+
+fn against_reference(reference: &OverallReference) -> Vec<Vec<String>> {
+    let ratio = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.4}"));
+    let mut rows = vec![
+        row("buildings also in the reference", thousands(reference.matched as u64)),
+        row("  missing from the model", thousands(reference.missing.len() as u64)),
+        row("medians over these buildings:", ""),
+        row("  distance between roofs", metres(reference.roof_distance)),
+        row("  roof height over the reference", metres(reference.roof_offset)),
+        row("  volume, intersection over union", ratio(reference.volume_iou)),
+        row("  the least of them", ratio(reference.least_volume_iou)),
+        row("  Hausdorff distance", metres(reference.hausdorff)),
+        row("  symmetric mean Hausdorff distance", metres(reference.symmetric_mean)),
+        row("  the same over the largest side", reference.relative_symmetric_mean.map_or_else(|| "–".to_owned(), share)),
+    ];
+    rows.push(row("  top over that of the reference", metres(reference.top_offset)));
+    rows.push(row("  bottom over that of the reference", metres(reference.ground_offset)));
+    rows
+}
+
+/// The buildings that agree least: with the points if there are any, else with the reference.
+fn worst(buildings: &[BuildingEvaluation]) -> String {
+    let by_points = |b: &BuildingEvaluation| b.points?.vertical.map(|v| v.p90);
+    let by_reference = |b: &BuildingEvaluation| Some(1.0 - b.reference.as_ref()?.overlap?.volume_iou);
+    let has_points = buildings.iter().any(|b| by_points(b).is_some());
+    let badness = |b: &BuildingEvaluation| if has_points { by_points(b) } else { by_reference(b) };
+    let mut ranked: Vec<(f64, &BuildingEvaluation)> = buildings.iter().filter_map(|b| Some((badness(b)?, b))).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.id.cmp(&b.1.id)));
+    if ranked.is_empty() {
+        return String::new();
+    }
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2}"));
+    let mut rows = vec![["least agreement", "faces", "points", "median", "p90", "top", "IoU"].map(str::to_owned).to_vec()];
+    rows.extend(ranked.into_iter().take(NAMED).map(|(_, b)| {
+        let vertical = b.points.and_then(|p| p.vertical);
+        vec![
+            format!("  {}", b.id),
+            b.solids.iter().map(|s| s.faces).sum::<usize>().to_string(),
+            b.points.map_or_else(|| "–".to_owned(), |p| thousands(p.points as u64)),
+            number(vertical.map(|v| v.median)),
+            number(vertical.map(|v| v.p90)),
+            number(b.points.and_then(|p| p.top)),
+            number(b.reference.as_ref().and_then(|r| r.overlap).map(|o| o.volume_iou)),
+        ]
+    }));
+    table(&rows, "")
+}
