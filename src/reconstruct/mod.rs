@@ -21,7 +21,7 @@ use crate::building::{Building, Measures, Outcome, Reason};
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
-use complex::{Complex, MAX_CELLS, OUTSIDE};
+use complex::{Complex, OUTSIDE};
 use hypotheses::Hypotheses;
 use labelling::Evidence;
 use occupancy::{HeightField, Occupancy};
@@ -98,7 +98,7 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
 
     let complex = match parameters.partition {
         Partition::Adaptive => Complex::adaptive(&hypotheses.primitives, &hypotheses.bounds),
-        Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds, MAX_CELLS),
+        Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),
     }
     .map_err(|error| Failure::new(Reason::Internal, error.to_string()))?;
     measures.cells = complex.cells.len();

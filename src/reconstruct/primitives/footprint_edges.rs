@@ -44,7 +44,9 @@ fn simplify_ring(ring: &LineString<f64>, tolerance: f64) -> LineString<f64> {
             costs[neighbour] = cost(&kept, neighbour);
         }
     }
-    LineString::from(kept.into_iter().map(|i| original[i]).collect::<Vec<_>>()).into_closed()
+    let mut simpler = LineString::from(kept.into_iter().map(|i| original[i]).collect::<Vec<_>>());
+    simpler.close();
+    simpler
 }
 
 /// Largest distance from the chord `before → after` to the vertices of the ring between the two.

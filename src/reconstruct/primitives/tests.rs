@@ -9,7 +9,7 @@ use super::*;
 use crate::reconstruct::Parameters;
 
 fn with(detector: Detector) -> Parameters {
-    Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() } }
+    Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() }, ..Parameters::default() }
 }
 
 const DETECTORS: [Detector; 2] = [Detector::RegionGrowing, Detector::Ransac];
@@ -231,7 +231,7 @@ fn parameters_out_of_range_do_no_harm() {
                 regularise_angle: value,
                 regularise_tolerance: value,
             };
-            detect(&points, &Parameters { detection }, 1);
+            detect(&points, &Parameters { detection, ..Parameters::default() }, 1);
         }
     }
 }
