@@ -1,5 +1,6 @@
 //! What comes in: points, footprints, coordinate reference systems.
 
+pub mod cityjson;
 pub mod classes;
 pub mod crs;
 pub mod footprints;

@@ -69,7 +69,7 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
             if conflicts.iter().any(Conflict::is_exact) {
                 note(notes, "the footprint touches itself at a point: a corner there was cut off by 1 cm or less");
             }
-            waiting.push(Patient { rings: cut(rings, &conflicts, snap), rounds: rounds + 1 });
+            waiting.push(Patient { rings: cut(&rings, &conflicts, snap), rounds: rounds + 1 });
         }
     }
     done
@@ -184,7 +184,7 @@ fn between(
 
 /// The polygon with the sharper corner of every touching pair cut off: of two corners that touch without crossing, the
 /// sharper never holds the other, so that its cut meets nothing.
-fn cut(rings: FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintPolygon {
+fn cut(rings: &FootprintPolygon, conflicts: &[Conflict], snap: f64) -> FootprintPolygon {
     let sharpness = |place: Place| {
         let ring = &rings[place.ring];
         let n = ring.len();

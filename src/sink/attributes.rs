@@ -1,0 +1,177 @@
+//! The attributes that gable gives a building, and the source's own beside them.
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::building::{Building, Outcome, RoofHeights};
+use crate::site::Frame;
+
+/// An attribute that gable gives a building.
+pub struct Attribute {
+    /// Its name in the model.
+    pub name: &'static str,
+    /// Its unit; empty for text, counts and shares. `CRS` is the vertical unit of the CRS.
+    pub unit: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// Its value; `None` when it does not apply.
+    value: fn(&Subject) -> Option<Value>,
+}
+
+/// A building with the notes on its attributes.
+struct Subject<'a> {
+    building: &'a Building,
+    notes: Vec<String>,
+}
+
+impl Subject<'_> {
+    /// An absolute height from one in metres of the local frame.
+    fn height(&self, local: Option<f64>) -> Option<Value> {
+        height(&self.building.frame, local?).map(Value::from)
+    }
+
+    fn roof_height(&self, pick: fn(&RoofHeights) -> f64) -> Option<Value> {
+        self.height(self.building.measures.roof_heights.as_ref().map(pick))
+    }
+}
+
+/// A short-hand for the rows of the table.
+const fn row(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    value: fn(&Subject) -> Option<Value>,
+) -> Attribute {
+    Attribute { name, unit, meaning, value }
+}
+
+/// All attributes that gable gives a building, in the order in which they are written. Those that do not apply are left
+/// out.
+pub const ATTRIBUTES: &[Attribute] = &[
+    row("gable_success", "", "whether every part is a valid LoD 2.2 solid", |s| {
+        Some((s.building.outcome == Outcome::Lod22).into())
+    }),
+    row("gable_lod", "", "highest level of detail that was reached: 2.2, 1.2 or 0", |s| {
+        Some(match s.building.outcome {
+            Outcome::Lod22 => "2.2".into(),
+            Outcome::Lod12 { .. } => "1.2".into(),
+            Outcome::FootprintOnly { .. } => "0".into(),
+            Outcome::Rejected { .. } => return None,
+        })
+    }),
+    row("gable_fallback_reason", "", "why LoD 2.2 was not reached, as a keyword", |s| {
+        s.building.outcome.reason().and_then(|(reason, _)| keyword(reason))
+    }),
+    row("gable_fallback_detail", "", "why LoD 2.2 was not reached, in words", |s| {
+        s.building.outcome.reason().map(|(_, detail)| detail.into())
+    }),
+    row("gable_roof_type", "", "flat, multiple-flat or slanted", |s| s.building.measures.roof_type.and_then(keyword)),
+    row("gable_roof_planes", "", "number of roof planes at LoD 2.2", |s| {
+        s.building.measures.roof_planes.map(Value::from)
+    }),
+    row("gable_height_ground", "CRS", "height of the ground", |s| {
+        s.height(s.building.measures.ground.map(|ground| ground.height))
+    }),
+    row("gable_height_roof_min", "CRS", "height of the lowest roof point", |s| s.roof_height(|h| h.min)),
+    row("gable_height_roof_50p", "CRS", "median height of the roof points", |s| s.roof_height(|h| h.p50)),
+    row("gable_height_roof_70p", "CRS", "70th percentile of the heights of the roof points: top of LoD 1.2", |s| {
+        s.roof_height(|h| h.p70)
+    }),
+    row("gable_height_roof_max", "CRS", "height of the highest roof point", |s| s.roof_height(|h| h.max)),
+    row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
+        s.height(s.building.measures.ridge_height)
+    }),
+    row("gable_rmse_lod12", "m", "root mean square of the vertical distances of the points to the LoD 1.2 roof", |s| {
+        number(s.building.measures.rmse_lod12, 3)
+    }),
+    row(
+        "gable_rmse_lod22",
+        "m",
+        "root mean square of the vertical distances of the points to the LoD 2.2 roofs",
+        |s| number(s.building.measures.rmse_lod22, 3),
+    ),
+    row("gable_volume_lod12", "m³", "volume at LoD 1.2", |s| number(s.building.measures.volume_lod12, 3)),
+    row("gable_volume_lod22", "m³", "volume at LoD 2.2", |s| number(s.building.measures.volume_lod22, 3)),
+    row("gable_validity_lod12", "", "val3dity codes of the faults at LoD 1.2; empty when valid", |s| {
+        // Blocks are valid by construction, and nothing invalid is written.
+        s.building.model.lod12().next().map(|_| json!([]))
+    }),
+    row("gable_validity_lod22", "", "val3dity codes of the faults at LoD 2.2; empty when valid", |s| {
+        let faults = &s.building.measures.faults_lod22;
+        (!faults.is_empty() || s.building.model.lod22().next().is_some()).then(|| json!(faults))
+    }),
+    row("gable_points", "", "number of building points", |s| Some(s.building.measures.points.into())),
+    row("gable_point_density", "1/m²", "building points per area of footprint", |s| {
+        number(s.building.measures.point_density, 3)
+    }),
+    row("gable_no_data_share", "", "share of the footprint farther than 1 m from any building point", |s| {
+        number(s.building.measures.no_data_share, 4)
+    }),
+    row("gable_coverage", "", "share of the footprint that the given tiles cover", |s| {
+        number(s.building.measures.coverage.map(|coverage| coverage.share), 4)
+    }),
+    row(
+        "gable_ground_source",
+        "",
+        "what the ground was taken from: ground-points, lowest-points or bounding-box",
+        |s| s.building.measures.ground.and_then(|ground| keyword(ground.source)),
+    ),
+    row("gable_ground_spread", "m", "interquartile range of the ground heights around the building", |s| {
+        number(s.building.measures.ground.map(|ground| ground.spread), 3)
+    }),
+    row("gable_primitives", "", "number of planes found in the points", |s| {
+        (s.building.measures.points > 0).then(|| s.building.measures.primitives.into())
+    }),
+    row("gable_notes", "", "what else there is to know: repairs, a made-up id, an incomplete tile", |s| {
+        (!s.notes.is_empty()).then(|| s.notes.clone().into())
+    }),
+];
+
+/// All attributes of a building: the source's as they are, then gable's.
+///
+/// A name that begins with `+` would ask for an Extension, and one of gable's would be hidden: such a source attribute is
+/// written as `source_…`, and a note says so.
+pub(super) fn of(building: &Building) -> Map<String, Value> {
+    let mut out = Map::new();
+    let mut notes = building.notes.clone();
+    let is_ours = |name: &str| ATTRIBUTES.iter().any(|attribute| attribute.name == name);
+    for (name, value) in &building.attributes {
+        let mut written = name.clone();
+        if name.starts_with('+') || is_ours(name) {
+            written = format!("source_{}", name.trim_start_matches('+'));
+            while building.attributes.contains_key(&written) || out.contains_key(&written) {
+                written.insert_str(0, "source_");
+            }
+            notes.push(format!("the attribute {name:?} is written as {written:?}"));
+        }
+        out.insert(written, value.clone());
+    }
+    let subject = Subject { building, notes };
+    for attribute in ATTRIBUTES {
+        if let Some(value) = (attribute.value)(&subject) {
+            out.insert(attribute.name.to_owned(), value);
+        }
+    }
+    out
+}
+
+/// A height in metres of the local frame as a height in the vertical unit of the CRS, to three decimals.
+pub(super) fn height(frame: &Frame, local: f64) -> Option<f64> {
+    rounded(frame.origin[2] + local / frame.metres_per_unit[2], 3)
+}
+
+/// A number to so many decimals; `None` when it is not finite. There is no negative zero.
+pub(super) fn rounded(value: f64, decimals: i32) -> Option<f64> {
+    let scale = 10f64.powi(decimals);
+    let rounded = (value * scale).round() / scale;
+    rounded.is_finite().then_some(rounded + 0.0)
+}
+
+fn number(value: Option<f64>, decimals: i32) -> Option<Value> {
+    rounded(value?, decimals).map(Value::from)
+}
+
+/// The keyword of a unit variant.
+fn keyword(value: impl Serialize) -> Option<Value> {
+    serde_json::to_value(value).ok()
+}

@@ -1,0 +1,89 @@
+//! CityJSON 2.0: one object, one vertex list.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use super::header::{Header, Metadata};
+use super::objects::{Extent, Ids, encode};
+use super::output::Output;
+use super::vertices::{Vertices, write_json};
+use super::{Format, Sink, Written};
+use crate::building::Building;
+use crate::error::{InputError, Result};
+
+/// Writes one CityJSON object.
+///
+/// `CityObjects` go to the file as they come, vertices to a spill file that is appended at the end. What stays in memory
+/// is the table that merges vertices, about 30 bytes each.
+pub(super) struct CityJson {
+    output: Output,
+    spill: BufWriter<File>,
+    header: Header,
+    ids: Ids,
+    vertices: Vertices,
+    extent: Option<Extent>,
+    buildings: usize,
+    objects: usize,
+    buffer: Vec<u8>,
+}
+
+impl CityJson {
+    /// Opens a sink for `path`.
+    pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool) -> Result<Self> {
+        let mut header = Header::new(path, metadata)?;
+        let mut output = Output::create(path, overwrite)?;
+        let spill = output.spill()?;
+        output.write(&header.text(None)?)?;
+        output.write(br#","CityObjects":{"#)?;
+        let ids = header.take_ids();
+        Ok(Self {
+            output,
+            spill,
+            header,
+            ids,
+            vertices: Vertices::default(),
+            extent: None,
+            buildings: 0,
+            objects: 0,
+            buffer: Vec::new(),
+        })
+    }
+}
+
+impl Sink for CityJson {
+    fn write(&mut self, building: &Building) -> Result<()> {
+        let is_first_vertex = self.vertices.len() == 0;
+        self.buffer.clear();
+        self.buffer.extend_from_slice(if self.buildings == 0 { b"\n" } else { b",\n" });
+        let encoded = encode(building, self.header.translate(), &mut self.ids, &mut self.vertices, &mut self.buffer)
+            .map_err(|e| self.output.fault("write", e.into()))?;
+        if u32::try_from(self.vertices.len()).is_err() {
+            return Err(InputError::new(self.output.path(), "more than 2³² vertices", "fewer")
+                .remedy("Write CityJSONSeq (.city.jsonl), which has no such limit.")
+                .into());
+        }
+        self.output.write(&self.buffer)?;
+        self.buffer.clear();
+        let fresh = self.vertices.take_fresh();
+        if !is_first_vertex && !fresh.is_empty() {
+            self.buffer.push(b',');
+        }
+        write_json(&fresh, &mut self.buffer);
+        self.spill.write_all(&self.buffer).map_err(|e| self.output.fault("write", e))?;
+        self.buildings += 1;
+        self.objects += encoded.objects;
+        self.extent = Extent::union(self.extent, encoded.extent);
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<Written> {
+        self.output.write(b"\n},\"vertices\":[")?;
+        self.output.append(self.spill)?;
+        self.output.write(b"]}\n")?;
+        let path = self.output.path().to_path_buf();
+        let bytes = self.output.commit(&self.header.text(self.extent)?)?;
+        let Self { buildings, objects, .. } = *self;
+        Ok(Written { path, format: Format::CityJson, buildings, objects, bytes })
+    }
+}

@@ -1,0 +1,127 @@
+//! The head of a file: transform and metadata (CityJSON 2.0, sections 4 and 5).
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::objects::{Extent, Ids};
+use crate::error::{InputError, Result};
+use crate::site::QUANTUM;
+
+/// Room for the extent, which is known last but stands first: six numbers of at most 21 characters, and the key.
+const ROOM: usize = 6 * 22 + 32;
+
+/// What is known of the whole file before the first building.
+#[derive(Debug, Clone, Default)]
+pub struct Metadata {
+    /// Title of the data set.
+    pub title: String,
+    /// The CRS as an OGC URL, such as `https://www.opengis.net/def/crs/EPSG/0/7415`; see [`reference_system`].
+    pub reference_system: Option<String>,
+    /// Origin of the file's grid in whole CRS units. It should depend on the footprints alone and lie near them.
+    pub translate: [i64; 3],
+    /// The point clouds that the models were made from.
+    pub point_clouds: Vec<PointCloud>,
+    /// The parameters of the method.
+    pub parameters: Value,
+    /// The ids of all buildings to come, so that no part takes the id of a building.
+    pub ids: Ids,
+}
+
+/// A point cloud that models were made from.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct PointCloud {
+    /// Its name: the file name without the folder.
+    pub name: String,
+    /// When it was recorded or made, as `YYYY-MM-DD`; `None` when the file does not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+}
+
+/// The OGC URL of a CRS code: `EPSG:7415` → `https://www.opengis.net/def/crs/EPSG/0/7415`.
+///
+/// `None` when it is not an authority and a code: CityJSON 2.0 has no way to name such a system (a compound
+/// `EPSG:28992+5709` that has no code of its own, say).
+pub fn reference_system(code: &str) -> Option<String> {
+    let (authority, code) = code.split_once(':')?;
+    let is_plain = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    (is_plain(authority) && is_plain(code))
+        .then(|| format!("https://www.opengis.net/def/crs/{}/0/{code}", authority.to_ascii_uppercase()))
+}
+
+/// The head of a file: the opening of its object up to and with the metadata.
+#[derive(Debug)]
+pub(super) struct Header {
+    metadata: Metadata,
+    len: usize,
+}
+
+#[derive(Serialize)]
+struct Transform {
+    scale: [f64; 3],
+    translate: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct JsonMetadata<'a> {
+    title: &'a str,
+    #[serde(rename = "referenceSystem", skip_serializing_if = "Option::is_none")]
+    reference_system: Option<&'a str>,
+    #[serde(rename = "geographicalExtent", skip_serializing_if = "Option::is_none")]
+    extent: Option<[f64; 6]>,
+    gable_version: &'static str,
+    gable_point_clouds: &'a [PointCloud],
+    gable_parameters: &'a Value,
+}
+
+impl Header {
+    /// The head for these metadata.
+    pub(super) fn new(path: &std::path::Path, metadata: Metadata) -> Result<Self> {
+        let is_url = |url: &String| {
+            ["https", "http"].iter().any(|s| url.starts_with(&format!("{s}://www.opengis.net/def/crs/")))
+        };
+        if let Some(system) = metadata.reference_system.as_ref().filter(|url| !is_url(url)) {
+            return Err(InputError::new(path, format!("the reference system {system:?}"), "an OGC URL")
+                .remedy("CityJSON 2.0 wants https://www.opengis.net/def/crs/AUTHORITY/VERSION/CODE.")
+                .into());
+        }
+        let mut header = Self { metadata, len: 0 };
+        header.len = header.render(None)?.len() + ROOM;
+        Ok(header)
+    }
+
+    /// The origin of the file's grid.
+    pub(super) fn translate(&self) -> [i64; 3] {
+        self.metadata.translate
+    }
+
+    /// Takes the ids of the buildings to come.
+    pub(super) fn take_ids(&mut self) -> Ids {
+        std::mem::take(&mut self.metadata.ids)
+    }
+
+    /// The text, padded with blanks to a length that does not depend on the extent.
+    pub(super) fn text(&self, extent: Option<Extent>) -> Result<Vec<u8>> {
+        let mut text = self.render(extent)?;
+        text.resize(self.len.max(text.len()), b' ');
+        Ok(text)
+    }
+
+    fn render(&self, extent: Option<Extent>) -> Result<Vec<u8>> {
+        let Metadata { title, reference_system, translate, point_clouds, parameters, .. } = &self.metadata;
+        let transform = Transform { scale: [QUANTUM; 3], translate: translate.map(|t| t as f64) };
+        let metadata = JsonMetadata {
+            title,
+            reference_system: reference_system.as_deref(),
+            extent: extent.map(|e| e.to_crs(*translate)),
+            gable_version: env!("CARGO_PKG_VERSION"),
+            gable_point_clouds: point_clouds,
+            gable_parameters: parameters,
+        };
+        let mut out = br#"{"type":"CityJSON","version":"2.0","transform":"#.to_vec();
+        let fault = |e: serde_json::Error| crate::error::Error::io("metadata", "write", e.into());
+        serde_json::to_writer(&mut out, &transform).map_err(fault)?;
+        out.extend_from_slice(br#","metadata":"#);
+        serde_json::to_writer(&mut out, &metadata).map_err(fault)?;
+        Ok(out)
+    }
+}

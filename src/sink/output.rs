@@ -1,0 +1,108 @@
+//! A file that appears under its name only when it is whole.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, InputError, Result};
+
+/// A file being written: a hidden temporary beside the target, removed on drop, renamed by [`Output::commit`].
+pub(super) struct Output {
+    file: BufWriter<NamedTempFile>,
+    path: PathBuf,
+    target: PathBuf,
+    overwrite: bool,
+}
+
+impl Output {
+    /// Opens a temporary file beside `path`, so that the rename stays within one file system.
+    pub(super) fn create(path: &Path, overwrite: bool) -> Result<Self> {
+        // A link stays a link: what it points to is replaced.
+        let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        if target.is_dir() {
+            return Err(InputError::new(path, "a folder", "a file name")
+                .remedy("Give the name of a file inside that folder.")
+                .into());
+        }
+        if !overwrite && target.exists() {
+            return Err(exists(path).into());
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".gable-").suffix(".part");
+        #[cfg(unix)]
+        {
+            // Temporary files are private by default; a result is as readable as any other file of the user.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder(&target)).map_err(|e| Error::io(path, "create", e))?;
+        Ok(Self { file: BufWriter::with_capacity(1 << 18, file), path: path.to_path_buf(), target, overwrite })
+    }
+
+    /// A nameless temporary file beside the target, for what must be written later.
+    pub(super) fn spill(&self) -> Result<BufWriter<File>> {
+        let file = tempfile::tempfile_in(folder(&self.target)).map_err(|e| self.fault("create a spill file for", e))?;
+        Ok(BufWriter::with_capacity(1 << 18, file))
+    }
+
+    /// Appends bytes.
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.file.write_all(bytes).map_err(|e| self.fault("write", e))
+    }
+
+    /// Appends what was spilled.
+    pub(super) fn append(&mut self, spill: BufWriter<File>) -> Result<()> {
+        let copy = || -> io::Result<()> {
+            let mut spilled = spill.into_inner().map_err(io::IntoInnerError::into_error)?;
+            spilled.seek(SeekFrom::Start(0))?;
+            io::copy(&mut spilled, &mut self.file).map(drop)
+        };
+        copy().map_err(|e| self.fault("write", e))
+    }
+
+    /// Writes over the first bytes, makes all of it durable, and gives the file its name; returns its size.
+    pub(super) fn commit(self, head: &[u8]) -> Result<u64> {
+        let Self { file, path, target, overwrite } = self;
+        let close = || -> io::Result<(NamedTempFile, u64)> {
+            let mut file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.seek(SeekFrom::Start(0))?;
+            file.write_all(head)?;
+            file.as_file().sync_all()?;
+            let bytes = file.as_file().metadata()?.len();
+            Ok((file, bytes))
+        };
+        let (file, bytes) = close().map_err(|e| Error::io(&path, "write", e))?;
+        let renamed = if overwrite { file.persist(&target) } else { file.persist_noclobber(&target) };
+        match renamed {
+            Ok(_) => {}
+            Err(fault) if fault.error.kind() == io::ErrorKind::AlreadyExists => return Err(exists(&path).into()),
+            Err(fault) => return Err(Error::io(&path, "rename the finished file to", fault.error)),
+        }
+        // The name is durable once its folder is. Not every file system can sync a folder, and the data are safe.
+        #[cfg(unix)]
+        let _ = File::open(folder(&target)).and_then(|folder| folder.sync_all());
+        Ok(bytes)
+    }
+
+    /// The path that the file will have, as it was given.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A fault of the system while doing `action`.
+    pub(super) fn fault(&self, action: &'static str, source: io::Error) -> Error {
+        Error::io(&self.path, action, source)
+    }
+}
+
+/// The folder of a file.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
+}
+
+/// The refusal to replace a file.
+fn exists(path: &Path) -> InputError {
+    InputError::new(path, "an existing file", "a new file name").remedy("Give --overwrite to replace it.")
+}

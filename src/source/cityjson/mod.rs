@@ -1,0 +1,293 @@
+//! City models: CityJSON 1.0 to 2.0 and CityJSONSeq, as plain data.
+
+mod parse;
+mod solid;
+#[cfg(test)]
+mod tests;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::error::{Error, InputError, Result};
+use parse::Document;
+
+/// A city model, or one feature of a sequence.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CityModel {
+    /// The version of CityJSON: `1.0`, `1.1` or `2.0`.
+    pub version: String,
+    /// The CRS as the file names it: an OGC URL or URN.
+    pub reference_system: Option<String>,
+    /// All objects, in the order of the file.
+    pub objects: Vec<CityObject>,
+    /// Vertices in CRS coordinates.
+    pub vertices: Vec<[f64; 3]>,
+}
+
+/// A `CityObject`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CityObject {
+    /// Its key in `CityObjects`.
+    pub id: String,
+    /// Its type: `Building`, `BuildingPart`, …
+    pub kind: String,
+    /// The ids of its parents.
+    pub parents: Vec<String>,
+    /// The ids of its children.
+    pub children: Vec<String>,
+    /// Its attributes.
+    pub attributes: Map<String, Value>,
+    /// Its geometries.
+    pub geometries: Vec<Geometry>,
+}
+
+/// A geometry of a `CityObject`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    /// The level of detail as text (`2.2`), whether the file has text or a number; empty when it has none.
+    pub lod: String,
+    /// Its type.
+    pub kind: GeometryKind,
+    /// Its shells; empty for [`GeometryKind::Other`].
+    pub shells: Vec<Shell>,
+    /// The semantic surfaces that the faces refer to.
+    pub surfaces: Vec<SemanticSurface>,
+}
+
+/// The type of a geometry.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum GeometryKind {
+    /// Surfaces that need not be connected.
+    MultiSurface,
+    /// Connected surfaces.
+    CompositeSurface,
+    /// One solid.
+    Solid,
+    /// Solids that need not touch.
+    MultiSolid,
+    /// Solids that touch.
+    CompositeSolid,
+    /// What has no faces of its own (points, lines, template instances), by its name.
+    Other(String),
+}
+
+/// A shell of a solid, or all faces of a surface.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shell {
+    /// Number of its solid in a `MultiSolid` or `CompositeSolid`; 0 otherwise. The first shell of a solid is its
+    /// exterior, the others are voids.
+    pub solid: usize,
+    /// Its faces.
+    pub faces: Vec<Face>,
+}
+
+/// A polygon.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Face {
+    /// Vertex indices of the exterior and of the holes, each below the number of vertices of the model; the first vertex
+    /// is not repeated.
+    pub rings: Vec<Vec<u32>>,
+    /// Index into [`Geometry::surfaces`].
+    pub surface: Option<u32>,
+}
+
+/// A semantic surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SemanticSurface {
+    /// Its type: `RoofSurface`, `WallSurface`, …
+    pub kind: String,
+    /// Its other members.
+    pub attributes: Map<String, Value>,
+}
+
+impl CityModel {
+    /// The code of the CRS, as in `EPSG:7415`, from any of the ways in which files name it.
+    pub fn crs_code(&self) -> Option<String> {
+        let name = self.reference_system.as_deref()?;
+        let parts: Vec<&str> = name.split(['/', ':']).filter(|part| !part.is_empty()).collect();
+        let at = parts.iter().position(|part| part.eq_ignore_ascii_case("crs"));
+        let (authority, code) = match at {
+            // urn:ogc:def:crs:EPSG::7415, https://www.opengis.net/def/crs/EPSG/0/7415
+            Some(at) if parts.len() >= at + 3 => (parts[at + 1], parts[parts.len() - 1]),
+            None if parts.len() == 2 => (parts[0], parts[1]),
+            _ => return None,
+        };
+        let is_plain = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric());
+        (is_plain(authority) && is_plain(code)).then(|| format!("{}:{code}", authority.to_ascii_uppercase()))
+    }
+
+    /// Appends the objects and vertices of another model in the same CRS.
+    fn append(&mut self, other: Self) {
+        let base = self.vertices.len() as u32;
+        self.vertices.extend(other.vertices);
+        let from = self.objects.len();
+        self.objects.extend(other.objects);
+        if base == 0 {
+            return;
+        }
+        let geometries = self.objects[from..].iter_mut().flat_map(|object| &mut object.geometries);
+        let faces = geometries.flat_map(|geometry| &mut geometry.shells).flat_map(|shell| &mut shell.faces);
+        faces.flat_map(|face| &mut face.rings).flatten().for_each(|vertex| *vertex += base);
+    }
+}
+
+/// Reads a whole file of either format.
+///
+/// # Errors
+/// See [`features`].
+pub fn read(path: &Path) -> Result<CityModel> {
+    let mut features = features(path)?;
+    let mut whole = features.head.clone();
+    for feature in &mut features {
+        whole.append(feature?);
+    }
+    Ok(whole)
+}
+
+/// Opens a file and reads it piece by piece: a CityJSONSeq feature by feature, a CityJSON in one piece.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read, and an input error with line and column when it is no JSON, no CityJSON,
+/// of another version than 1.0 to 2.0, or refers to vertices that it does not have.
+pub fn features(path: &Path) -> Result<Features> {
+    let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
+    let mut features = Features {
+        path: path.to_path_buf(),
+        reader: BufReader::with_capacity(1 << 18, file),
+        line: 0,
+        head: CityModel::default(),
+        transform: None,
+        first: None,
+    };
+    let mut bytes = features.next_line()?;
+    if bytes.starts_with(b"\xEF\xBB\xBF") {
+        bytes.drain(..3);
+    }
+    let head = match serde_json::from_slice::<Document>(&bytes) {
+        // The object goes on in the next line: not a sequence.
+        Err(fault) if fault.is_eof() => {
+            features.reader.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+            serde_json::from_slice(&bytes)
+        }
+        other => other,
+    };
+    let head = head.map_err(|fault| features.fault(&fault, 0))?;
+    features.open(head)?;
+    Ok(features)
+}
+
+/// The pieces of a file, each a [`CityModel`] with its own vertices. See [`features`].
+#[derive(Debug)]
+pub struct Features {
+    path: PathBuf,
+    reader: BufReader<File>,
+    line: usize,
+    head: CityModel,
+    transform: Option<parse::Transform>,
+    first: Option<CityModel>,
+}
+
+impl Features {
+    /// The version and CRS of the file.
+    pub fn head(&self) -> &CityModel {
+        &self.head
+    }
+
+    /// The next line that is not blank; empty at the end.
+    fn next_line(&mut self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        loop {
+            self.line += 1;
+            let read = self.reader.read_until(b'\n', &mut bytes).map_err(|e| Error::io(&self.path, "read", e))?;
+            if read == 0 || !bytes.trim_ascii().is_empty() {
+                return Ok(bytes);
+            }
+            bytes.clear();
+        }
+    }
+
+    /// Takes the root object.
+    fn open(&mut self, root: Document) -> Result<()> {
+        if root.kind != "CityJSON" {
+            return Err(self.refusal("line 1", format!("the type {:?}", root.kind), "\"CityJSON\""));
+        }
+        let version = root.version.clone().unwrap_or_default();
+        if !["1.0", "1.1", "2.0"].iter().any(|known| version.starts_with(known)) {
+            return Err(self.refusal("line 1", format!("the version {version:?}"), "\"1.0\", \"1.1\" or \"2.0\""));
+        }
+        self.transform = root.transform;
+        self.head = CityModel {
+            version,
+            reference_system: root.metadata.as_ref().and_then(parse::Metadata::reference_system),
+            ..CityModel::default()
+        };
+        let model = self.model(root)?;
+        self.first = (!model.objects.is_empty()).then_some(model);
+        Ok(())
+    }
+
+    /// The model of a root object or feature.
+    fn model(&self, document: Document) -> Result<CityModel> {
+        let place = format!("line {}", self.line);
+        let Some(objects) = document.objects else {
+            return Err(self.refusal(place, "no \"CityObjects\"", "an object of that name"));
+        };
+        let Some(mut vertices) = document.vertices else {
+            return Err(self.refusal(place, "no \"vertices\"", "a list of that name"));
+        };
+        if let Some(parse::Transform { scale, translate }) = self.transform {
+            for vertex in &mut vertices {
+                *vertex = std::array::from_fn(|i| vertex[i] * scale[i] + translate[i]);
+            }
+        }
+        let n = vertices.len();
+        for object in &objects.0 {
+            let shells = object.geometries.iter().flat_map(|geometry| &geometry.shells);
+            let mut indices = shells.flat_map(|shell| &shell.faces).flat_map(|face| &face.rings).flatten();
+            if let Some(index) = indices.find(|&&index| index as usize >= n) {
+                let place = format!("{place}, CityObject {:?}", object.id);
+                return Err(self.refusal(place, format!("the vertex index {index}"), format!("one below {n}")));
+            }
+        }
+        Ok(CityModel { objects: objects.0, vertices, ..self.head.clone() })
+    }
+
+    fn refusal(&self, place: impl Into<String>, found: impl Into<String>, expected: impl Into<String>) -> Error {
+        InputError::new(&self.path, found, expected).at(place).into()
+    }
+
+    /// A fault of the JSON, `before` lines after the start of the file.
+    fn fault(&self, fault: &serde_json::Error, before: usize) -> Error {
+        let place = format!("line {}, column {}", before + fault.line(), fault.column());
+        let text = fault.to_string();
+        let found = text.split(" at line ").next().unwrap_or(&text).to_owned();
+        self.refusal(place, found, "CityJSON 1.0, 1.1 or 2.0, or a sequence of CityJSONFeatures")
+    }
+
+    fn next_feature(&mut self) -> Result<Option<CityModel>> {
+        if let Some(first) = self.first.take() {
+            return Ok(Some(first));
+        }
+        let bytes = self.next_line()?;
+        if bytes.is_empty() {
+            return Ok(None);
+        }
+        let feature: Document = serde_json::from_slice(&bytes).map_err(|fault| self.fault(&fault, self.line - 1))?;
+        if feature.kind != "CityJSONFeature" {
+            let place = format!("line {}", self.line);
+            return Err(self.refusal(place, format!("the type {:?}", feature.kind), "\"CityJSONFeature\""));
+        }
+        self.model(feature).map(Some)
+    }
+}
+
+impl Iterator for Features {
+    type Item = Result<CityModel>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_feature().transpose()
+    }
+}

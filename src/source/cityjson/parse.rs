@@ -1,0 +1,254 @@
+//! From JSON to plain data, object by object: nothing but the attributes is ever held as a tree of JSON values.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Value};
+
+use super::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell};
+
+/// A root object or a feature.
+#[derive(Debug, Deserialize)]
+pub(super) struct Document {
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub version: Option<String>,
+    pub transform: Option<Transform>,
+    pub metadata: Option<Metadata>,
+    #[serde(rename = "CityObjects")]
+    pub objects: Option<Objects>,
+    pub vertices: Option<Vec<[f64; 3]>>,
+}
+
+/// From file integers to CRS coordinates.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub(super) struct Transform {
+    pub scale: [f64; 3],
+    pub translate: [f64; 3],
+}
+
+/// What is used of the metadata.
+#[derive(Debug, Deserialize)]
+pub(super) struct Metadata {
+    #[serde(rename = "referenceSystem")]
+    reference_system: Option<Value>,
+}
+
+impl Metadata {
+    pub(super) fn reference_system(&self) -> Option<String> {
+        self.reference_system.as_ref()?.as_str().map(str::to_owned)
+    }
+}
+
+/// `CityObjects`, in the order of the file.
+#[derive(Debug)]
+pub(super) struct Objects(pub Vec<CityObject>);
+
+impl<'de> Deserialize<'de> for Objects {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Members;
+
+        impl<'de> Visitor<'de> for Members {
+            type Value = Objects;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object of CityObjects")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Objects, A::Error> {
+                let mut objects = Vec::new();
+                while let Some(id) = map.next_key::<String>()? {
+                    let raw: RawObject = map.next_value()?;
+                    let object = raw.into_object(id).map_err(A::Error::custom)?;
+                    objects.push(object);
+                }
+                Ok(Objects(objects))
+            }
+        }
+
+        deserializer.deserialize_map(Members)
+    }
+}
+
+#[derive(Deserialize)]
+struct RawObject {
+    #[serde(rename = "type")]
+    kind: String,
+    attributes: Option<Map<String, Value>>,
+    parents: Option<Vec<String>>,
+    children: Option<Vec<String>>,
+    geometry: Option<Vec<RawGeometry>>,
+}
+
+impl RawObject {
+    fn into_object(self, id: String) -> Result<CityObject, String> {
+        let geometries = self.geometry.unwrap_or_default().into_iter().enumerate();
+        let geometries = geometries
+            .map(|(i, raw)| raw.into_geometry().map_err(|fault| format!("CityObject {id:?}, geometry {i}: {fault}")))
+            .collect::<Result<_, _>>()?;
+        Ok(CityObject {
+            id,
+            kind: self.kind,
+            parents: self.parents.unwrap_or_default(),
+            children: self.children.unwrap_or_default(),
+            attributes: self.attributes.unwrap_or_default(),
+            geometries,
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct RawGeometry {
+    #[serde(rename = "type")]
+    kind: String,
+    lod: Option<Value>,
+    boundaries: Option<Nested>,
+    semantics: Option<RawSemantics>,
+}
+
+#[derive(Deserialize)]
+struct RawSemantics {
+    surfaces: Vec<Map<String, Value>>,
+    values: Nested,
+}
+
+/// An index, or a list of lists of … indices, or nothing.
+#[derive(Debug)]
+enum Nested {
+    Null,
+    Index(u32),
+    List(Vec<Nested>),
+}
+
+impl Nested {
+    /// The elements of a list, or what else was found.
+    fn list(&self, what: &str) -> Result<&[Self], String> {
+        match self {
+            Self::List(list) => Ok(list),
+            Self::Null => Err(format!("null where {what} should be")),
+            Self::Index(index) => Err(format!("the number {index} where {what} should be")),
+        }
+    }
+
+    /// Element `i`; nothing where the list ends or is none.
+    fn get(&self, i: usize) -> &Self {
+        match self {
+            Self::List(list) => list.get(i).unwrap_or(&Self::Null),
+            _ => &Self::Null,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Nested {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Level;
+
+        impl<'de> Visitor<'de> for Level {
+            type Value = Nested;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an index or a list of indices")
+            }
+
+            fn visit_unit<E: Error>(self) -> Result<Nested, E> {
+                Ok(Nested::Null)
+            }
+
+            fn visit_u64<E: Error>(self, index: u64) -> Result<Nested, E> {
+                u32::try_from(index)
+                    .map(Nested::Index)
+                    .map_err(|_| E::custom(format!("the index {index} is too large")))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Nested, A::Error> {
+                let mut list = Vec::new();
+                while let Some(element) = seq.next_element()? {
+                    list.push(element);
+                }
+                Ok(Nested::List(list))
+            }
+        }
+
+        deserializer.deserialize_any(Level)
+    }
+}
+
+impl RawGeometry {
+    fn into_geometry(self) -> Result<Geometry, String> {
+        let lod = match self.lod {
+            Some(Value::String(text)) => text,
+            Some(number @ Value::Number(_)) => number.to_string(),
+            _ => String::new(),
+        };
+        let kind = match self.kind.as_str() {
+            "MultiSurface" => GeometryKind::MultiSurface,
+            "CompositeSurface" => GeometryKind::CompositeSurface,
+            "Solid" => GeometryKind::Solid,
+            "MultiSolid" => GeometryKind::MultiSolid,
+            "CompositeSolid" => GeometryKind::CompositeSolid,
+            other => GeometryKind::Other(other.to_owned()),
+        };
+        if let GeometryKind::Other(_) = kind {
+            return Ok(Geometry { lod, kind, shells: Vec::new(), surfaces: Vec::new() });
+        }
+        let Some(boundaries) = &self.boundaries else { return Err("no \"boundaries\"".to_owned()) };
+        let values = self.semantics.as_ref().map_or(&Nested::Null, |semantics| &semantics.values);
+        let mut shells = Vec::new();
+        match kind {
+            GeometryKind::MultiSurface | GeometryKind::CompositeSurface => {
+                shells.push(shell(0, boundaries, values)?);
+            }
+            GeometryKind::Solid => shells_of(0, boundaries, values, &mut shells)?,
+            _ => {
+                for (i, solid) in boundaries.list("a list of solids")?.iter().enumerate() {
+                    shells_of(i, solid, values.get(i), &mut shells)?;
+                }
+            }
+        }
+        let surfaces = self.semantics.map(|semantics| semantics.surfaces).unwrap_or_default();
+        let n = surfaces.len();
+        let mut labels = shells.iter().flat_map(|shell| &shell.faces).filter_map(|face| face.surface);
+        if let Some(index) = labels.find(|&index| index as usize >= n) {
+            return Err(format!("a face refers to semantic surface {index} of {n}"));
+        }
+        let surfaces = surfaces.into_iter().map(semantic_surface).collect();
+        Ok(Geometry { lod, kind, shells, surfaces })
+    }
+}
+
+fn semantic_surface(mut members: Map<String, Value>) -> SemanticSurface {
+    let kind = match members.shift_remove("type") {
+        Some(Value::String(kind)) => kind,
+        _ => String::new(),
+    };
+    SemanticSurface { kind, attributes: members }
+}
+
+fn shells_of(solid: usize, boundaries: &Nested, values: &Nested, out: &mut Vec<Shell>) -> Result<(), String> {
+    for (i, faces) in boundaries.list("a list of shells")?.iter().enumerate() {
+        out.push(shell(solid, faces, values.get(i))?);
+    }
+    Ok(())
+}
+
+fn shell(solid: usize, faces: &Nested, values: &Nested) -> Result<Shell, String> {
+    let faces = faces.list("a list of surfaces")?.iter().enumerate();
+    let faces = faces.map(|(i, rings)| face(rings, values.get(i))).collect::<Result<_, _>>()?;
+    Ok(Shell { solid, faces })
+}
+
+fn face(rings: &Nested, value: &Nested) -> Result<Face, String> {
+    let surface = match value {
+        Nested::Index(index) => Some(*index),
+        Nested::Null => None,
+        Nested::List(_) => return Err("a list where the semantics of one surface should be".to_owned()),
+    };
+    let index = |nested: &Nested| match nested {
+        Nested::Index(index) => Ok(*index),
+        _ => Err("something else where a vertex index should be".to_owned()),
+    };
+    let ring = |nested: &Nested| nested.list("a ring")?.iter().map(index).collect::<Result<Vec<u32>, String>>();
+    let rings = rings.list("a list of rings")?.iter().map(ring).collect::<Result<_, _>>()?;
+    Ok(Face { rings, surface })
+}
