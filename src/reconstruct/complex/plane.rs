@@ -45,7 +45,7 @@ impl IntegerPlane {
     }
 
     /// The canonical form of a plane whose normal is not zero, and whether that turned the normal around.
-    fn reduced(normal: [i64; 3], offset: i64) -> (Self, bool) {
+    pub(super) fn reduced(normal: [i64; 3], offset: i64) -> (Self, bool) {
         let divisor = normal.iter().fold(offset.unsigned_abs(), |g, c| gcd(g, c.unsigned_abs())) as i64;
         let flipped = normal.iter().rev().find(|&&c| c != 0).is_some_and(|&c| c < 0);
         let divisor = if flipped { -divisor } else { divisor };

@@ -222,8 +222,10 @@ impl Partition {
             return known;
         }
         let met = Vertex::meet(planes.map(|plane| &self.complex.planes[plane as usize]));
-        // The edge has its ends on different sides of the last plane, so the three planes meet in one point.
-        #[allow(clippy::expect_used)]
+        #[expect(
+            clippy::expect_used,
+            reason = "the ends of the edge are strictly on different sides of the last plane"
+        )]
         let vertex = self.vertex_id(met.expect("a plane between the ends of an edge meets it in a point"));
         self.sides[vertex as usize] = (planes[2], Ordering::Equal);
         self.cuts.insert(key, vertex);

@@ -1,6 +1,6 @@
 use nalgebra::Point3;
 
-use super::super::{Complex, ComplexError, OUTSIDE, insertion_order};
+use super::super::{Complex, ComplexError, Fault, IntegerPlane, OUTSIDE, insertion_order};
 use super::{arrangement, counts, cube, depth, everywhere, primitive, rectangle, volumes};
 use crate::geometry::Aabb;
 use crate::reconstruct::primitives::{Extent, PrimitiveKind};
@@ -65,11 +65,12 @@ fn planes_through_edges_and_corners_make_no_new_vertex() {
     let complex = Complex::adaptive(&[diagonal], &cube(0.0, 2.0)).unwrap();
     assert_eq!(counts(&complex), (2, 9, 8));
     // Through three corners: a tetrahedron of 1/6 and the rest.
-    let complex = arrangement(&[([1, 1, 1], -1)], &cube(0.0, 1.0));
+    let complex = arrangement(&[IntegerPlane::reduced([1, 1, 1], -1).0], &cube(0.0, 1.0));
     assert_eq!(counts(&complex), (2, 10, 8));
     assert!((volumes(&complex)[0] - 1.0 / 6.0).abs() < 1e-15);
     // All six diagonal planes of a cube: 24 congruent tetrahedra, and one vertex in the middle for all of them.
-    let diagonals = [[1, 1, 0], [1, -1, 0], [1, 0, 1], [1, 0, -1], [0, 1, 1], [0, 1, -1]].map(|n| (n, 0));
+    let diagonals =
+        [[1, 1, 0], [1, -1, 0], [1, 0, 1], [1, 0, -1], [0, 1, 1], [0, 1, -1]].map(|n| IntegerPlane::reduced(n, 0).0);
     let complex = arrangement(&diagonals, &cube(-1.0, 1.0));
     // Corners 8, face centres 6, centre 1; facets 24 on the box, 36 inside.
     assert_eq!(counts(&complex), (24, 60, 15));
@@ -79,9 +80,9 @@ fn planes_through_edges_and_corners_make_no_new_vertex() {
 #[test]
 fn many_planes_through_a_point_or_a_line_have_the_known_number_of_cells() {
     // On the moment curve any three normals are independent: n² − n + 2 regions.
-    let pencil: Vec<_> = (1..=12).map(|i| ([1, i, i * i], 0)).collect();
+    let pencil: Vec<_> = (1..=12).map(|i| IntegerPlane::reduced([1, i, i * i], 0).0).collect();
     assert_eq!(counts(&arrangement(&pencil, &cube(-1.0, 1.0))).0, 12 * 12 - 12 + 2);
-    let fan: Vec<_> = (-8..=8).map(|i| ([1, i, 0], 0)).collect();
+    let fan: Vec<_> = (-8..=8).map(|i| IntegerPlane::reduced([1, i, 0], 0).0).collect();
     assert_eq!(counts(&arrangement(&fan, &cube(-1.0, 1.0))).0, 2 * 17);
 }
 
@@ -214,4 +215,41 @@ fn every_facet_on_the_box_leads_outside() {
         .map(|f| complex.facet_area(f))
         .sum();
     assert!((area - 24.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_checker_finds_what_is_wrong() {
+    let planes = [everywhere([1.0; 3], [1.0, 2.0, 3.0]), everywhere([1.0; 3], [2.0, -1.0, 1.0])];
+    let sound = Complex::adaptive(&planes, &cube(0.0, 2.0)).unwrap();
+    let fault = |spoil: &dyn Fn(&mut Complex)| {
+        let mut spoilt = sound.clone();
+        spoil(&mut spoilt);
+        spoilt.check().unwrap_err()
+    };
+    let inner = sound.facets.iter().position(|f| f.plane == 6).unwrap();
+    let id = inner as u32;
+    let cell = sound.facets[inner].cells[0];
+    assert_eq!(fault(&|c| c.planes.push(c.planes[0])), Fault::Duplicate("planes"));
+    assert_eq!(fault(&|c| c.vertices.push(c.vertices[0])), Fault::Duplicate("vertices"));
+    assert!(
+        matches!(fault(&|c| c.facets[inner].corners.rotate_left(1)), Fault::NotOnPlane { facet, .. } if facet == id)
+    );
+    let clockwise = |c: &mut Complex| {
+        c.facets[inner].corners.reverse();
+        c.facets[inner].edges.reverse();
+        c.facets[inner].edges.rotate_left(1);
+    };
+    assert_eq!(fault(&clockwise), Fault::NotConvex { facet: id });
+    assert_eq!(fault(&|c| c.cells[cell as usize].facets.retain(|&f| f != id)), Fault::Neighbours { facet: id });
+    assert_eq!(fault(&|c| c.facets[inner].cells[0] = OUTSIDE), Fault::Box { facet: id });
+    assert!(matches!(fault(&|c| c.facets[inner].cells.reverse()), Fault::CellNotConvex { facet, .. } if facet == id));
+    // A facet that is missing on both sides, as if it had never been there.
+    let last = sound.facets.len() as u32 - 1;
+    let lost = |c: &mut Complex| {
+        c.facets.pop();
+        for cell in &mut c.cells {
+            cell.facets.retain(|&f| f != last);
+        }
+    };
+    assert!(matches!(fault(&lost), Fault::Open { .. }));
 }

@@ -35,11 +35,11 @@ fn cube(min: f64, max: f64) -> Aabb {
     Aabb { min: [min; 3], max: [max; 3] }
 }
 
-/// The arrangement of planes given by their integers, in a cube.
-fn arrangement(planes: &[([i64; 3], i64)], bounds: &Aabb) -> Complex {
+/// The arrangement of planes given by their integers.
+fn arrangement(planes: &[IntegerPlane], bounds: &Aabb) -> Complex {
     let mut partition = start(bounds).unwrap();
-    for &(normal, offset) in planes {
-        let plane = partition.plane_id(IntegerPlane { normal, offset });
+    for plane in planes {
+        let plane = partition.plane_id(*plane);
         assert!(insert(&mut partition, plane, None, MAX_CELLS));
     }
     partition.complex
