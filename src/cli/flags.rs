@@ -143,7 +143,7 @@ fn type_of(schema: &Value) -> Option<&str> {
 /// The documentation of a schema without the marks of rustdoc links.
 fn description(schema: &Value) -> String {
     let text = schema.get("description").and_then(Value::as_str).unwrap_or_default();
-    text.replace("[`", "`").replace("`]", "`").replace('\n', ' ').trim_end_matches('.').to_owned()
+    text.replace("[`", "`").replace("`]", "`").replace('\n', " ").trim_end_matches('.').to_owned()
 }
 
 /// One flag per field, in the order of the fields.
