@@ -1,6 +1,7 @@
 //! GeoPackage, SpatiaLite, Shapefile and FlatGeobuf, written by the tests themselves.
 
 use std::fs;
+use std::path::Path;
 
 use geo::{Area, Contains};
 use serde_json::{Value, json};
@@ -137,6 +138,8 @@ fn shapefiles_with_holes_long_numbers_and_accents() {
     // The last shape is cut off.
     let shp = fs::read(&path).unwrap();
     fs::write(&path, &shp[..shp.len() - 20]).unwrap();
+    assert_damage_is_survived(&path, &path);
+    assert_damage_is_survived(&path, &path.with_extension("dbf"));
     let options = FootprintOptions { id_attribute: Some("longid".into()), ..Default::default() };
     let layer = read(&path, &options).unwrap();
     assert_eq!(ids(&layer), ["123456789012345679"]);
@@ -183,19 +186,47 @@ fn flatgeobuf_with_a_header_crs_and_damage() {
     assert_eq!(layer.footprints[0].attributes["name"], json!("no. 1"));
     assert_eq!(layer.footprints[0].polygon.unsigned_area(), 200.0);
     assert_sound(&layer);
-    // Whatever is damaged, the answer is a layer or an error.
     for cut in (0..bytes.len()).step_by(7) {
         fs::write(&path, &bytes[..cut]).unwrap();
         if let Ok(layer) = read(&path, &FootprintOptions::default()) {
             assert!(layer.footprints.len() == 3 || !layer.warnings.is_empty(), "cut at {cut}");
         }
     }
-    for at in 8..bytes.len() {
-        let mut damaged = bytes.clone();
-        damaged[at] ^= 0xA5;
-        fs::write(&path, &damaged).unwrap();
-        if let Ok(layer) = read(&path, &FootprintOptions::default()) {
-            assert_sound(&layer);
+    fs::write(&path, &bytes).unwrap();
+    assert_damage_is_survived(&path, &path);
+}
+
+/// Damages one byte of `part` after the other: reading `path` gives a sound layer or an error. Puts `part` back.
+fn assert_damage_is_survived(path: &Path, part: &Path) {
+    let bytes = fs::read(part).unwrap();
+    for at in 0..bytes.len() {
+        for mask in [0x01, 0xA5] {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= mask;
+            fs::write(part, &damaged).unwrap();
+            if let Ok(layer) = read(path, &FootprintOptions::default()) {
+                assert_sound(&layer);
+            }
+        }
+    }
+    fs::write(part, bytes).unwrap();
+}
+
+#[test]
+fn damaged_blobs_are_refused_or_read() {
+    let whole = wkb(1003, &RING, 3);
+    let blob = [b"GP\0\x01".as_slice(), &0_i32.to_le_bytes(), &whole].concat();
+    let collection = [vec![1], 7_u32.to_le_bytes().to_vec(), 1_u32.to_le_bytes().to_vec()].concat();
+    let nested = collection.repeat(100_000);
+    assert!(super::super::wkb::outline(&nested).unwrap_err().contains("too deep"));
+    for bytes in [whole, blob] {
+        for at in 0..bytes.len() {
+            assert!(super::super::wkb::outline(&bytes[..at]).is_err(), "cut at {at}");
+            for bit in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[at] ^= 1 << bit;
+                let _ = super::super::wkb::outline(&damaged).and_then(super::super::Outline::into_valid);
+            }
         }
     }
 }
