@@ -74,9 +74,7 @@ fn compare_along(axis: usize, a: &Vertex, b: &Vertex) -> Ordering {
     let (x, w) = (a.homogeneous[axis], a.homogeneous[3]);
     let (y, v) = (b.homogeneous[axis], b.homogeneous[3]);
     // Whole parts first: the products of the remainders fit, those of the numbers would not.
-    x.div_euclid(w)
-        .cmp(&y.div_euclid(v))
-        .then_with(|| (x.rem_euclid(w) * v).cmp(&(y.rem_euclid(v) * w)))
+    x.div_euclid(w).cmp(&y.div_euclid(v)).then_with(|| (x.rem_euclid(w) * v).cmp(&(y.rem_euclid(v) * w)))
 }
 
 /// For a set of planes, which of a set of vertices lie on each: a bit per vertex.
