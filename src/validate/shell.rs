@@ -130,7 +130,9 @@ fn fans(solid: &Solid, triangles: &[Triangle], faults: &mut Vec<Fault>) {
     spokes.sort_unstable();
     let mut set: Vec<usize> = (0..triangles.len()).collect();
     for at_vertex in spokes.chunk_by(|a, b| a.0 == b.0) {
-        at_vertex.iter().for_each(|&(.., i)| set[i] = i);
+        for &(.., i) in at_vertex {
+            set[i] = i;
+        }
         for pair in at_vertex.windows(2).filter(|pair| pair[0].1 == pair[1].1) {
             let (a, b) = (root(&set, pair[0].2), root(&set, pair[1].2));
             set[a.max(b)] = a.min(b);

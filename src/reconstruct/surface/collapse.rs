@@ -136,7 +136,7 @@ impl Mesh {
                 if b > a {
                     chain.reverse();
                 }
-                ring.splice(k + 1..k + 1, chain);
+                ring.splice((k + 1)..=k, chain);
             }
         }
         true
@@ -210,7 +210,7 @@ impl Mesh {
         let holes = std::mem::take(&mut self.faces[g].rings);
         let face = &mut self.faces[f];
         // The other way round from `from` to `to`, without these two.
-        face.rings[r].splice(k + 1..k + 1, other[1..other.len() - 1].iter().copied());
+        face.rings[r].splice((k + 1)..=k, other[1..other.len() - 1].iter().copied());
         face.rings.extend(holes);
         self.faces.remove(g);
         true

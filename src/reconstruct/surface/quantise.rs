@@ -94,7 +94,9 @@ fn weld(complex: &Complex, polygons: &[Polygon], vertices: &[VertexId], step: [f
     }
     let mut of_vertex = vec![0; vertices.len()];
     for (cluster, (members, _)) in clusters.iter().enumerate() {
-        members.iter().for_each(|&i| of_vertex[i] = cluster as u32);
+        for &i in members {
+            of_vertex[i] = cluster as u32;
+        }
     }
     (clusters.into_iter().map(|(_, grid)| grid).collect(), of_vertex)
 }
