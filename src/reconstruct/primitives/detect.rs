@@ -49,9 +49,7 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
     let tolerances = Tolerances::new(parameters, local.noise, density, neighbours.width());
     let found = match parameters.detector {
         Detector::RegionGrowing => region_growing::segment(&sample, &neighbours, &local, &tolerances),
-        Detector::Ransac => {
-            ransac::segment(&sample, &neighbours, &local, &tolerances, parameters.probability, seed)
-        }
+        Detector::Ransac => ransac::segment(&sample, &neighbours, &local, &tolerances, parameters.probability, seed),
     };
     let mut segmentation = refined(&sample, &found, parameters, local.noise);
     // Planes have moved a little: let the points near borders choose again.
@@ -110,12 +108,7 @@ fn local_planes(points: &[Point3<f64>], parameters: &DetectionParameters) -> (Ne
 }
 
 /// The segmentation after Algorithm 1 and regularisation.
-fn refined(
-    points: &[Point3<f64>],
-    found: &Segmentation,
-    parameters: &DetectionParameters,
-    noise: f64,
-) -> Segmentation {
+fn refined(points: &[Point3<f64>], found: &Segmentation, parameters: &DetectionParameters, noise: f64) -> Segmentation {
     let mut refined = Segmentation::empty(points.len());
     let Some(&anchor) = points.first() else { return refined };
     let patches: Vec<Patch> = found
@@ -142,7 +135,7 @@ fn spread(
         let near = std::iter::once(slot).chain(neighbours.of(slot).iter().copied());
         near.map(|slot| segmentation.labels[slot as usize])
             .filter_map(|label| Some((segmentation.planes.get(label as usize)?.distance(point).abs(), label)))
-            .filter(|(distance, _)| *distance <= tolerances.distance)
+            .filter(|(distance, _)| *distance <= tolerances.border)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(NONE, |(_, label)| label)
     };

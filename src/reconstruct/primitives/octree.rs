@@ -19,16 +19,14 @@ pub(super) struct Octree {
 impl Octree {
     /// The octree of some points down to cells of about `leaf` metres, at most ten levels.
     pub fn new(points: &[Point3<f64>], leaf: f64) -> Self {
-        let (min, side) = Aabb::of(points)
-            .map_or(([0.0; 3], 1.0), |aabb| (aabb.min, aabb.extent().into_iter().fold(1e-6, f64::max)));
+        let (min, side) =
+            Aabb::of(points).map_or(([0.0; 3], 1.0), |aabb| (aabb.min, aabb.extent().into_iter().fold(1e-6, f64::max)));
         let depth = (side / leaf.max(1e-6)).log2().ceil().clamp(1.0, 10.0) as u32;
         let cells = f64::from(1u32 << depth);
         let code = |p: &Point3<f64>| {
-            let [x, y, z] =
-                [0, 1, 2].map(|axis| (((p[axis] - min[axis]) / side * cells) as u64).min((1 << depth) - 1));
-            (0..depth).fold(0, |code, bit| {
-                code | ((x >> bit & 1) | (y >> bit & 1) << 1 | (z >> bit & 1) << 2) << (3 * bit)
-            })
+            let [x, y, z] = [0, 1, 2].map(|axis| (((p[axis] - min[axis]) / side * cells) as u64).min((1 << depth) - 1));
+            (0..depth)
+                .fold(0, |code, bit| code | ((x >> bit & 1) | (y >> bit & 1) << 1 | (z >> bit & 1) << 2) << (3 * bit))
         };
         let codes: Vec<u64> = points.iter().map(code).collect();
         let mut entries: Vec<(u64, u32)> = codes.iter().copied().zip(0..).collect();

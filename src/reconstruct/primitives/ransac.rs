@@ -172,9 +172,7 @@ impl<'a> Search<'a> {
         let Some(normal) = Unit::try_new(cross, self.tolerances.noise * longest) else { return };
         let normal = if normal.z < 0.0 { -normal } else { normal };
         let plane = Plane::through(&a, normal);
-        let agrees = |i: u32| {
-            plane.normal.dot(&self.local.planes[i as usize].normal).abs() >= self.tolerances.cosine
-        };
+        let agrees = |i: u32| plane.normal.dot(&self.local.planes[i as usize].normal).abs() >= self.tolerances.cosine;
         if [first, second, third].into_iter().all(agrees) {
             let bounds = Bounds { low: 0.0, expected: 0.0, high: 0.0 };
             let mut candidate = Candidate { plane, subsets: 0, sampled: 0, hits: 0, bounds };

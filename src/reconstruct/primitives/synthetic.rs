@@ -31,8 +31,7 @@ impl Scan {
                     (height(x, y + e) - height(x, y - e)) / (2.0 * e),
                     0.0,
                 );
-                let normal =
-                    if slope.norm() > 10.0 { Vector3::z() } else { (Vector3::z() - slope).normalize() };
+                let normal = if slope.norm() > 10.0 { Vector3::z() } else { (Vector3::z() - slope).normalize() };
                 // Sum of twelve uniform numbers: normal to within three standard deviations and bounded.
                 let noise = (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
                 Point3::new(x, y, height(x, y)) + normal * (noise * self.sigma)

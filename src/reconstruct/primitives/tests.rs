@@ -24,7 +24,8 @@ fn plane(at: [f64; 3], gradient: [f64; 2]) -> Plane {
 /// nothing else is found.
 fn assert_planes(what: &str, found: &Detection, known: &[([f64; 3], [f64; 2])], degrees: f64, metres: f64) {
     let describe = || -> Vec<String> {
-        let line = |p: &Primitive| format!("{:?} {:.3} ×{}", p.plane.normal.as_slice(), p.plane.offset, p.inliers.len());
+        let line =
+            |p: &Primitive| format!("{:?} {:.3} ×{}", p.plane.normal.as_slice(), p.plane.offset, p.inliers.len());
         found.primitives.iter().map(line).collect()
     };
     for (at, gradient) in known {
@@ -160,8 +161,8 @@ fn a_step_of_30_cm_parts_two_flat_roofs_and_one_of_2_cm_does_not() {
                 continue;
             }
             let step = |height: f64| {
-                let points = Scan { density: 8.0, sigma, seed }
-                    .of([16.0, 8.0], |x, _| if x < 8.0 { 5.0 } else { 5.0 + height });
+                let points =
+                    Scan { density: 8.0, sigma, seed }.of([16.0, 8.0], |x, _| if x < 8.0 { 5.0 } else { 5.0 + height });
                 detect(&points, &with(detector), 0)
             };
             let what = format!("{detector:?}, σ {sigma}");
@@ -251,9 +252,8 @@ fn duplicates_share_the_primitive_of_their_twin() {
 
 /// A roof with gable, dormer and chimney, in the order in which it was scanned.
 fn busy_roof(seed: u64, density: f64, sigma: f64) -> Vec<Point3<f64>> {
-    Scan { density, sigma, seed }.of([12.0, 8.0], |x, y| {
-        if (9.0..10.2).contains(&x) && (4.5..5.7).contains(&y) { 8.0 } else { dormer(x, y) }
-    })
+    Scan { density, sigma, seed }
+        .of([12.0, 8.0], |x, y| if (9.0..10.2).contains(&x) && (4.5..5.7).contains(&y) { 8.0 } else { dormer(x, y) })
 }
 
 proptest! {
