@@ -3,7 +3,7 @@
 //! The simple-feature rules let a hole touch the exterior at a point; extruded, that point becomes an edge with four
 //! walls, which no valid shell may have. And rounding can make rings touch or cross that did not.
 
-use geo::{LineString, MakeValid, Polygon};
+use geo::{BooleanOps, LineString, MultiPolygon, Polygon};
 
 use super::ring::{Point, Side, angle, clean, distance, distance_to_segment, doubled_area, orient, side};
 use crate::solid::FootprintPolygon;
@@ -63,7 +63,7 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
             done.extend(without_culprits(rings, snap, notes));
         } else if conflicts.iter().any(|c| matches!(c, Conflict::Crossing { .. })) {
             note(notes, "the footprint crosses itself once rounded to the output grid: repaired");
-            let parts = uncrossed(&rings, notes);
+            let parts = uncrossed(&rings);
             waiting.extend(parts.into_iter().rev().map(|rings| Patient { rings, rounds: rounds + 1 }));
         } else {
             if conflicts.iter().any(Conflict::is_exact) {
@@ -232,17 +232,13 @@ fn towards(tip: Point, end: Point, snap: f64) -> Option<Point> {
 }
 
 /// The polygon as one or several without crossings (even-odd rule), rounded to the grid again.
-fn uncrossed(rings: &FootprintPolygon, notes: &mut Vec<String>) -> Vec<FootprintPolygon> {
+fn uncrossed(rings: &FootprintPolygon) -> Vec<FootprintPolygon> {
     let line = |ring: &Vec<Point>| -> LineString<f64> { ring.iter().map(|p| (p[0] as f64, p[1] as f64)).collect() };
     let mut lines = rings.iter().map(line);
     let Some(exterior) = lines.next() else { return Vec::new() };
-    match Polygon::new(exterior, lines.collect()).make_valid() {
-        Ok(valid) => crate::solid::quantise_footprint(&valid, [1.0; 3]),
-        Err(fault) => {
-            note(notes, format!("a part of the footprint crosses itself beyond repair ({fault}): left out"));
-            Vec::new()
-        }
-    }
+    // A union with nothing, since `MakeValid` loses area where edges run along each other.
+    let valid = Polygon::new(exterior, lines.collect()).union(&MultiPolygon::new(Vec::new()));
+    crate::solid::quantise_footprint(&valid, [1.0; 3])
 }
 
 /// The polygon without the holes that are not inside its exterior, or are inside another hole. No two rings may meet.
