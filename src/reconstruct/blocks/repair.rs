@@ -14,7 +14,7 @@ const ROUNDS: usize = 12;
 /// How often corners that are merely close are cut off before they are left as they are.
 const CLOSE_ROUNDS: usize = 3;
 
-/// Length of the cut at a corner that touches something, in multiples of the snapping distance.
+/// How far from a corner that touches something its edges are cut, in multiples of the snapping distance.
 const CUT: f64 = 10.0;
 
 /// A polygon and what has been done to it.
@@ -67,7 +67,7 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
             waiting.extend(parts.into_iter().rev().map(|rings| Patient { rings, rounds: rounds + 1 }));
         } else {
             if conflicts.iter().any(Conflict::is_exact) {
-                note(notes, "the footprint touches itself at a point: a corner there was cut off by 1 cm or less");
+                note(notes, "the footprint touches itself at a point: the tip of a corner there was cut off");
             }
             waiting.push(Patient { rings: cut(&rings, &conflicts, snap), rounds: rounds + 1 });
         }
@@ -216,17 +216,20 @@ fn cut(rings: &FootprintPolygon, conflicts: &[Conflict], snap: f64) -> Footprint
                     return vec![tip];
                 }
                 let [before, after] = [original[(at + n - 1) % n], original[(at + 1) % n]];
-                [before, after].into_iter().filter_map(|end| towards(tip, end, snap)).collect()
+                // The sharper the corner, the longer the cut: its ends must stay apart by twice the snapping distance.
+                let reach = snap * CUT.max(1.0 / (angle(before, tip, after) / 2.0).sin());
+                [before, after].into_iter().filter_map(|end| towards(tip, end, reach, snap)).collect()
             })
             .collect();
     }
     out
 }
 
-/// The point on the way from `tip` to `end` where the corner is cut; `None` when the edge is too short for it.
-fn towards(tip: Point, end: Point, snap: f64) -> Option<Point> {
+/// The point on the way from `tip` to `end` at `reach` steps, or at a third of the way if that is nearer; `None` when the
+/// edge is too short for it.
+fn towards(tip: Point, end: Point, reach: f64, snap: f64) -> Option<Point> {
     let length = distance(tip, end);
-    let share = (CUT * snap / length).min(1.0 / 3.0);
+    let share = (reach / length).min(1.0 / 3.0);
     (share * length >= snap)
         .then(|| std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64))
 }
