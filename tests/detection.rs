@@ -9,7 +9,7 @@ use geo::{BoundingRect, Contains, Polygon};
 use nalgebra::Point3;
 
 /// The class-6 points in each footprint of the quick start, local to its first corner; `None` without the data.
-fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
+pub fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/delft-quickstart"));
     if !folder.exists() {
         println!("skipped: shared data not found");
@@ -28,7 +28,7 @@ fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
         .collect();
     let mut clouds = vec![Vec::new(); footprints.len()];
     let mut reader = las::Reader::from_path(folder.join("delft_ahn3.laz")).unwrap();
-    for point in reader.points().map(Result::unwrap) {
+    for point in reader.read_all().unwrap().points().map(Result::unwrap) {
         if u8::from(point.classification) != 6 {
             continue;
         }
@@ -48,17 +48,20 @@ fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
 fn roofs_of_delft_are_explained_by_few_planes() {
     let Some(clouds) = quick_start() else { return };
     for detector in [Detector::RegionGrowing, Detector::Ransac] {
-        let parameters =
-            Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() } };
+        let parameters = Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() } };
         let (mut points, mut near, mut primitives, mut noises) = (0, 0, Vec::new(), Vec::new());
         let started = Instant::now();
         for cloud in clouds.iter().filter(|cloud| cloud.len() >= 50) {
             let found = detect(cloud, &parameters, 1);
             points += cloud.len();
-            let distance = |p: &gable::reconstruct::primitives::Primitive, i: u32| {
-                p.plane.distance(&cloud[i as usize]).abs()
-            };
-            near += found.primitives.iter().flat_map(|p| p.inliers.iter().map(|&i| distance(p, i))).filter(|d| *d <= 0.1).count();
+            let distance =
+                |p: &gable::reconstruct::primitives::Primitive, i: u32| p.plane.distance(&cloud[i as usize]).abs();
+            near += found
+                .primitives
+                .iter()
+                .flat_map(|p| p.inliers.iter().map(|&i| distance(p, i)))
+                .filter(|d| *d <= 0.1)
+                .count();
             primitives.push(found.primitives.len());
             noises.push(found.noise);
         }

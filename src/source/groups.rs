@@ -262,7 +262,8 @@ mod tests {
 
     use super::*;
 
-    const SQUARE: &str = "num_points: 5\n0 0 1 2 0 1 2 2 1 0 2 1 1 0 1\nnum_colors: 1\n1 0 0\nnum_normals: 0\nnum_groups: 3
+    const SQUARE: &str =
+        "num_points: 5\n0 0 1 2 0 1 2 2 1 0 2 1 1 0 1\nnum_colors: 1\n1 0 0\nnum_normals: 0\nnum_groups: 3
 group_type: 0\nnum_group_parameters: 4\ngroup_parameters: 0 0 0 0\ngroup_label: flat roof\ngroup_color: 1 0 0
 group_num_point: 4\n0 1 2 3\nnum_children: 1
 group_type: 0\nnum_group_parameters: 0\ngroup_parameters:\ngroup_label:\ngroup_color: 1 0 0

@@ -135,7 +135,7 @@ fn spread(
         let near = std::iter::once(slot).chain(neighbours.of(slot).iter().copied());
         near.map(|slot| segmentation.labels[slot as usize])
             .filter_map(|label| Some((segmentation.planes.get(label as usize)?.distance(point).abs(), label)))
-            .filter(|(distance, _)| *distance <= tolerances.distance)
+            .filter(|(distance, _)| *distance <= tolerances.border)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(NONE, |(_, label)| label)
     };

@@ -175,3 +175,122 @@ fn try_merge(a: &Patch, b: &Patch, parameters: &DetectionParameters, noise: f64)
     let bears = a.bears(&fit.plane, slack, noise) && b.bears(&fit.plane, slack, noise);
     bears.then(|| a.join(b, fit.plane, &fit))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of a grid of 0.5 m over a rectangle on the plane z = height + slope · x, ±`ripple` in turns.
+    fn grid(x: [f64; 2], y: [f64; 2], height: f64, slope: f64, ripple: f64) -> Vec<Point3<f64>> {
+        let steps =
+            |range: [f64; 2]| (0..((range[1] - range[0]) * 2.0) as u32).map(move |i| range[0] + f64::from(i) / 2.0);
+        let mut sign = ripple;
+        let mut points = Vec::new();
+        for px in steps(x) {
+            for py in steps(y) {
+                points.push(Point3::new(px, py, height + slope * px + sign));
+                sign = -sign;
+            }
+            sign = -sign;
+        }
+        points
+    }
+
+    fn refined(parts: &[Vec<Point3<f64>>], parameters: &DetectionParameters, noise: f64) -> Vec<Primitive> {
+        let points = parts.concat();
+        let mut start = 0;
+        let primitives = parts
+            .iter()
+            .map(|part| {
+                let inliers = (start..start + part.len() as u32).collect();
+                start += part.len() as u32;
+                Primitive::from_inliers(&points, inliers).unwrap()
+            })
+            .collect();
+        refine(&points, primitives, parameters, noise)
+    }
+
+    fn merge_only() -> DetectionParameters {
+        DetectionParameters { horizontal_slope: 0.0, regularise_angle: 0.0, ..DetectionParameters::default() }
+    }
+
+    #[test]
+    fn coplanar_wings_merge_even_when_far_apart() {
+        let wings = [
+            grid([0.0, 6.0], [0.0, 8.0], 5.0, 0.5, 0.02),
+            grid([10.0, 14.0], [30.0, 36.0], 5.0, 0.5, 0.02),
+            grid([0.0, 6.0], [60.0, 64.0], 5.0, 0.5, 0.02),
+        ];
+        let [one] = &refined(&wings, &merge_only(), 0.02)[..] else { panic!("one plane") };
+        assert_eq!(one.inliers.len(), 192 + 96 + 96);
+        assert!((one.plane.height_at(20.0, 0.0).unwrap() - 15.0).abs() < 0.01);
+        assert!((one.residual - 0.02 / 1.25f64.sqrt()).abs() < 0.002, "{}", one.residual);
+    }
+
+    #[test]
+    fn large_patches_with_a_slight_tilt_do_not_merge_into_a_bad_fit() {
+        // 1.7° between them, well below θ = 10°, and their centroids lie on each other's planes within 0.3 m; but one
+        // plane through both would miss each by 10 m · 0.015 / √12 · … ≈ 9 cm and more.
+        let halves = [grid([0.0, 20.0], [0.0, 8.0], 5.0, 0.0, 0.02), grid([20.0, 40.0], [0.0, 8.0], 4.4, 0.03, 0.02)];
+        assert_eq!(refined(&halves, &merge_only(), 0.02).len(), 2);
+        // A tenth of that tilt is within the tolerance of 7 cm.
+        let halves = [grid([0.0, 20.0], [0.0, 8.0], 5.0, 0.0, 0.02), grid([20.0, 40.0], [0.0, 8.0], 4.94, 0.003, 0.02)];
+        assert_eq!(refined(&halves, &merge_only(), 0.02).len(), 1);
+    }
+
+    #[test]
+    fn the_result_does_not_depend_on_which_comes_first() {
+        // A small patch with a poor normal beside a large one: the reference code asks the first one's normal only.
+        let large = grid([0.0, 20.0], [0.0, 10.0], 5.0, 0.0, 0.02);
+        let small = grid([24.0, 25.0], [4.0, 6.0], 5.0 - 0.06 * 24.0, 0.06, 0.0);
+        for parts in [[large.clone(), small.clone()], [small, large]] {
+            let [one] = &refined(&parts, &merge_only(), 0.02)[..] else { panic!("one plane") };
+            assert_eq!(one.inliers.len(), 800 + 8);
+        }
+    }
+
+    #[test]
+    fn a_step_stays_and_a_gable_stays() {
+        let step = [grid([0.0, 8.0], [0.0, 8.0], 5.0, 0.0, 0.02), grid([8.0, 16.0], [0.0, 8.0], 5.3, 0.0, 0.02)];
+        assert_eq!(refined(&step, &DetectionParameters::default(), 0.02).len(), 2);
+        let gable = [grid([0.0, 4.0], [0.0, 8.0], 5.0, 0.05, 0.0), grid([4.0, 8.0], [0.0, 8.0], 5.4, -0.05, 0.0)];
+        assert_eq!(refined(&gable, &merge_only(), 0.01).len(), 1, "5.7° and 4 cm: one plane for Algorithm 1");
+        let gable = [grid([0.0, 4.0], [0.0, 8.0], 5.0, 0.3, 0.0), grid([4.0, 8.0], [0.0, 8.0], 7.4, -0.3, 0.0)];
+        assert_eq!(refined(&gable, &DetectionParameters::default(), 0.01).len(), 2);
+    }
+
+    #[test]
+    fn flat_roofs_become_horizontal_and_drained_halls_do_not() {
+        let flat = [grid([0.0, 5.0], [0.0, 8.0], 5.0, 0.01, 0.02)];
+        assert_eq!(refined(&flat, &DetectionParameters::default(), 0.02)[0].plane.normal.z, 1.0);
+        // 0.6° over 40 m is a fall of 40 cm, 12 cm root mean square: the points forbid it.
+        let hall = [grid([0.0, 40.0], [0.0, 8.0], 5.0, 0.01, 0.02)];
+        let [hall] = &refined(&hall, &DetectionParameters::default(), 0.02)[..] else { panic!() };
+        assert!((hall.plane.normal.x + 0.01).abs() < 1e-3, "{:?}", hall.plane);
+    }
+
+    #[test]
+    fn slopes_become_symmetric_where_it_costs_nothing() {
+        // 30° on one side and 29.4° on the other.
+        let (a, b) = (30f64.to_radians().tan(), 29.4f64.to_radians().tan());
+        let gable =
+            [grid([0.0, 4.0], [0.0, 8.0], 5.0, a, 0.02), grid([4.0, 7.5], [0.0, 8.0], 5.0 + 4.0 * (a + b), -b, 0.02)];
+        let [one, other] = &refined(&gable, &DetectionParameters::default(), 0.02)[..] else { panic!("two planes") };
+        let (n, m) = (one.plane.normal, other.plane.normal);
+        assert!((n.x + m.x).abs() < 1e-12 && (n.y + m.y).abs() < 1e-12 && n.z == m.z, "{n:?} {m:?}");
+        // 5° apart is another roof.
+        let b = 25f64.to_radians().tan();
+        let gable =
+            [grid([0.0, 4.0], [0.0, 8.0], 5.0, a, 0.02), grid([4.0, 7.5], [0.0, 8.0], 5.0 + 4.0 * (a + b), -b, 0.02)];
+        let [one, other] = &refined(&gable, &DetectionParameters::default(), 0.02)[..] else { panic!("two planes") };
+        assert!((one.plane.slope_degrees() - other.plane.slope_degrees() - 5.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn what_was_not_detected_passes_through() {
+        let mut wall = Primitive::from_inliers(&grid([0.0, 4.0], [0.0, 4.0], 5.0, 0.0, 0.0), vec![0, 1, 20]).unwrap();
+        wall.kind = PrimitiveKind::FootprintEdge;
+        wall.inliers.clear();
+        assert_eq!(refine(&[], vec![wall.clone()], &DetectionParameters::default(), 0.02), [wall]);
+    }
+}

@@ -101,11 +101,13 @@ fn align(patches: &mut [Patch], angle: f64, slack: f64, noise: f64) {
             Vector3::new(r.x * scale, r.y * scale, n.z)
         };
         let near = |target: &Vector3<f64>| target.dot(&n) >= limit.cos();
-        let mut adopts = |target: Vector3<f64>| adopt(patch, Unit::new_normalize(target), slack, noise);
-        if references.iter().flat_map(turned).filter(near).any(&mut adopts) {
+        // Turned copies of a unit vector are unit vectors; normalising again would make them differ in the last bit.
+        let mut same = references.iter().flat_map(turned).filter(near).map(Unit::new_unchecked);
+        if same.any(|normal| adopt(patch, normal, slack, noise)) {
             continue;
         }
-        references.iter().flat_map(turned).map(with_own_slope).filter(near).any(&mut adopts);
+        let azimuth = references.iter().flat_map(turned).map(with_own_slope).filter(near);
+        azimuth.map(Unit::new_normalize).any(|normal| adopt(patch, normal, slack, noise));
         references.push(patch.plane.normal.into_inner());
     }
 }
