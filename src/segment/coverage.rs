@@ -7,8 +7,8 @@ use geo::{Area, BooleanOps, BoundingRect, MultiPolygon, Rect, coord, unary_union
 /// Edges of tiles this close to one another are taken for one edge, metres. Extents are tight around the points, so
 /// tiles that were cut from one cloud have gaps of about the spacing of the points between them, and ragged sides.
 const SEAM: f64 = 1.0;
-/// Shares are rounded to this, so that they do not hang on the last bit of an area.
-const SHARE_STEP: f64 = 1e-6;
+/// Shares are rounded to this many steps, so that they do not hang on the last bit of an area.
+const SHARE_STEPS: f64 = 1e6;
 
 /// The rectangles of `extents` in CRS units, with seams closed: edges that nearly coincide are moved outwards to the
 /// outermost of them.
@@ -65,7 +65,7 @@ pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &
         return Coverage { share: 0.0 };
     }
     let covered = polygon.intersection(&unary_union(&touching)).unsigned_area();
-    Coverage { share: ((covered / area / SHARE_STEP).round() * SHARE_STEP).clamp(0.0, 1.0) }
+    Coverage { share: ((covered / area * SHARE_STEPS).round() / SHARE_STEPS).clamp(0.0, 1.0) }
 }
 
 #[cfg(test)]
@@ -81,7 +81,9 @@ mod tests {
 
     #[test]
     fn share_of_the_union_by_hand() {
-        let square = MultiPolygon::new(vec![polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)]]);
+        let square = MultiPolygon::new(vec![
+            polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)],
+        ]);
         let frame = Frame { origin: [100.0, 200.0, 0.0], metres_per_unit: [1.0; 3] };
         let share = |extents: &[Extent]| coverage(&square, &frame, &seamless(extents, frame.metres_per_unit)).share;
         assert_eq!(share(&[extent([90.0, 120.0], [190.0, 230.0])]), 1.0);

@@ -69,10 +69,8 @@ pub fn segment(
     refuse::apart(tiles, &footprints, &all, crs)?;
 
     let roles = Roles::new(options);
-    let mut harvest = tiles
-        .par_iter()
-        .map(|tile| Harvest::of(tile, &all, &roles, crs.metres_per_unit, progress))
-        .try_reduce(
+    let mut harvest =
+        tiles.par_iter().map(|tile| Harvest::of(tile, &all, &roles, crs.metres_per_unit, progress)).try_reduce(
             || Harvest::new(crs.metres_per_unit),
             |mut a, b| {
                 a.merge(b);
@@ -82,7 +80,8 @@ pub fn segment(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let gathered: Vec<_> = (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
+    let gathered: Vec<_> =
+        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
     let (ground, lowest) = (&harvest.ground, &harvest.lowest);
     let mut sites = Vec::with_capacity(footprints.len());
     let mut notes = Vec::with_capacity(footprints.len());

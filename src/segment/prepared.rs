@@ -17,10 +17,13 @@ impl Prepared {
     /// Prepares `polygon`.
     pub fn new(polygon: &MultiPolygon<f64>) -> Self {
         let rings = polygon.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));
-        let edges: Vec<_> = rings.flat_map(LineString::lines).map(|line| {
-            let (a, b) = ([line.start.x, line.start.y], [line.end.x, line.end.y]);
-            if a[1] <= b[1] { [a, b] } else { [b, a] }
-        }).collect();
+        let edges: Vec<_> = rings
+            .flat_map(LineString::lines)
+            .map(|line| {
+                let (a, b) = ([line.start.x, line.start.y], [line.end.x, line.end.y]);
+                if a[1] <= b[1] { [a, b] } else { [b, a] }
+            })
+            .collect();
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for end in edges.iter().flatten() {
             for axis in 0..2 {

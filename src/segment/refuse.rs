@@ -72,7 +72,8 @@ pub(super) fn without_buildings(
         return Ok(());
     }
     let listed: Vec<String> = counts.classes.iter().map(|(class, n)| format!("{class} ({n} points)")).collect();
-    let found = format!("no point of building class {}; the classes are {}", options.building_classes, listed.join(", "));
+    let found =
+        format!("no point of building class {}; the classes are {}", options.building_classes, listed.join(", "));
     Err(InputError::new(name_of(tiles), found, "building points")
         .remedy("Name the classes that hold buildings, such as --building-class 1,6, or use --building-class any")
         .into())

@@ -11,9 +11,14 @@ use std::num::NonZeroUsize;
 
 /// Points in a neighbourhood, the point itself included.
 const NEIGHBOURS: NonZeroUsize = NonZeroUsize::new(12).unwrap();
+/// Neighbours whose planes a point may lie on: far enough to find a flat one from a ridge.
+const WITNESSES: NonZeroUsize = NonZeroUsize::new(30).unwrap();
 /// A point this near to the plane of a flat neighbour belongs to it, metres: points at ridges and eaves, whose own
 /// neighbourhoods are bent.
 const NEAR_PLANE: f64 = 0.15;
+
+/// Normal and centre.
+type Plane = (Vector3<f64>, Vector3<f64>);
 
 /// Drops the points that lie neither in a flat neighbourhood nor on the plane of a flat neighbour. Gives how many.
 pub(super) fn drop_vegetation(points: &mut Vec<[f64; 3]>, options: &SegmentOptions) -> usize {
@@ -21,27 +26,26 @@ pub(super) fn drop_vegetation(points: &mut Vec<[f64; 3]>, options: &SegmentOptio
     let tree = ImmutableKdTree::new_from_slice(points).ok().filter(|_| before > NEIGHBOURS.get());
     // Too few points to tell, or no tree over them: leave them be.
     let Some(tree) = tree else { return 0 };
-    let neighbours = |point: &[f64; 3]| {
-        let found = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(NEIGHBOURS).execute();
+    let neighbours = |point: &[f64; 3], count: NonZeroUsize| {
+        let found = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(count).execute();
         found.into_iter().map(|hit| hit.item as usize).collect::<Vec<_>>()
     };
-    let planes: Vec<_> = points.iter().map(|p| flat_plane(&neighbours(p), points, options.flatness)).collect();
-    let keep: Vec<bool> = points
-        .iter()
-        .zip(&planes)
-        .map(|(point, plane)| {
-            let at = Vector3::from(*point);
-            let on = |(normal, centre): &(Vector3<f64>, Vector3<f64>)| normal.dot(&(at - centre)).abs() <= NEAR_PLANE;
-            plane.is_some() || neighbours(point).iter().any(|i| planes[*i].as_ref().is_some_and(on))
-        })
-        .collect();
+    let flat = |p: &[f64; 3]| flat_plane(&neighbours(p, NEIGHBOURS), points, options.flatness);
+    let planes: Vec<_> = points.iter().map(flat).collect();
+    let is_kept = |(point, plane): (&[f64; 3], &Option<Plane>)| {
+        let at = Vector3::from(*point);
+        let is_on = |(normal, centre): &Plane| normal.dot(&(at - centre)).abs() <= NEAR_PLANE;
+        let has_witness = || neighbours(point, WITNESSES).iter().any(|i| planes[*i].as_ref().is_some_and(is_on));
+        plane.is_some() || has_witness()
+    };
+    let keep: Vec<bool> = points.iter().zip(&planes).map(is_kept).collect();
     let mut kept = keep.iter();
     points.retain(|_| kept.next().copied().unwrap_or(true));
     before - points.len()
 }
 
-/// Normal and centre of a neighbourhood when it is flat.
-fn flat_plane(members: &[usize], points: &[[f64; 3]], flatness: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+/// The plane of a neighbourhood when it is flat.
+fn flat_plane(members: &[usize], points: &[[f64; 3]], flatness: f64) -> Option<Plane> {
     let members = || members.iter().map(|i| Vector3::from(points[*i]));
     let count = members().count() as f64;
     let centre = members().sum::<Vector3<f64>>() / count;

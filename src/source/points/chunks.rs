@@ -56,7 +56,9 @@ impl Compression {
             Some(1) => Chunking::Whole,
             Some(2 | 3) if vlr.uses_variable_size_chunks() => Chunking::Variable,
             Some(2 | 3) => Chunking::Fixed(u64::from(vlr.chunk_size())),
-            other => return Err((format!("compressor {}", other.copied().unwrap_or(0)), "compressor 1, 2 or 3".into())),
+            other => {
+                return Err((format!("compressor {}", other.copied().unwrap_or(0)), "compressor 1, 2 or 3".into()));
+            }
         };
         let extended = header.point_format().is_extended;
         let first = if extended { LazItemType::Point14 } else { LazItemType::Point10 };
@@ -124,7 +126,13 @@ impl Compression {
 
     /// Whether the layer sizes at the head of the layered chunk at `start` fit into `bytes`; the decoder believes them
     /// and makes room for them at once. Also gives the number of points that the chunk states.
-    pub fn checked_layers<R: Read + Seek>(&self, source: &mut R, record_len: usize, start: u64, bytes: u64) -> Option<u64> {
+    pub fn checked_layers<R: Read + Seek>(
+        &self,
+        source: &mut R,
+        record_len: usize,
+        start: u64,
+        bytes: u64,
+    ) -> Option<u64> {
         let layers = self.layers?;
         let head = (record_len as u64).checked_add(4 + 4 * layers)?;
         source.seek(SeekFrom::Start(start.checked_add(record_len as u64)?)).ok()?;

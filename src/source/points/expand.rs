@@ -48,7 +48,9 @@ pub fn expand(args: &[String]) -> Result<Vec<PathBuf>> {
 
 fn matches(pattern: &str) -> Result<Vec<PathBuf>> {
     let paths = glob::glob(pattern).map_err(|e| {
-        InputError::new(pattern, "a malformed pattern", "a glob pattern").at(format!("character {}", e.pos)).remedy(e.msg)
+        InputError::new(pattern, "a malformed pattern", "a glob pattern")
+            .at(format!("character {}", e.pos))
+            .remedy(e.msg)
     })?;
     let mut tiles = Vec::new();
     for path in paths {

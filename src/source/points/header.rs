@@ -71,11 +71,17 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
         return Err(short(u64::from(smallest)));
     }
     let header_size = u16::from_le_bytes([start[94], start[95]]);
+    if header_size == 0 && start[96..100] == [0; 4] {
+        let writer = String::from_utf8_lossy(&start[58..90]).trim_end_matches('\0').to_owned();
+        let found = format!("a header that was never completed: the program that wrote it ({writer}) was interrupted");
+        return Err(InputError::new(path, found, "a finished file").remedy("Make or fetch the file again").into());
+    }
     if header_size < smallest || u64::from(header_size) > size {
         return Err(fault("byte 94", format!("a header size of {header_size}"), &format!("{smallest} bytes or more")));
     }
     file.seek(SeekFrom::Start(0)).map_err(io)?;
-    let raw_header = raw::Header::read_from(file.by_ref()).map_err(|e| fault("header", e.to_string(), "a LAS header"))?;
+    let raw_header =
+        raw::Header::read_from(file.by_ref()).map_err(|e| fault("header", e.to_string(), "a LAS header"))?;
     let data_start = u64::from(raw_header.offset_to_point_data);
     if data_start < u64::from(header_size) || data_start > size {
         let found = format!("points that begin at byte {data_start}");
@@ -98,6 +104,9 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     }
 
     let point_format = raw_header.point_data_record_format & 0x3f;
+    if point_format > 10 {
+        return Err(fault("byte 104", format!("point format {point_format}"), "a point format from 0 to 10"));
+    }
     let record_len = usize::from(raw_header.point_data_record_length);
     let points = match raw_header.large_file {
         Some(large) if large.number_of_point_records > 0 => large.number_of_point_records,
@@ -105,7 +114,7 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     };
     let evlr = raw_header.evlr;
     let mut builder = las::Builder::new(raw_header)
-        .map_err(|e| fault("byte 104", e.to_string(), "a point format from 0 to 10 and a record length that fits it"))?;
+        .map_err(|e| fault("byte 104", e.to_string(), "a record length that fits the point format"))?;
     let mut vlrs = file.by_ref().take(data_start - u64::from(header_size));
     for index in 0..records {
         let vlr = raw::Vlr::read_from(&mut vlrs, false)
@@ -126,9 +135,8 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     });
     let header = header.map_err(|e| fault("header", e.to_string(), "a consistent header"))?;
     let compression = if is_compressed && points > 0 {
-        let compression = Compression::of(&header, record_len).map_err(|(found, expected)| {
-            fault("the VLR of LASzip", found, &expected)
-        })?;
+        let compression = Compression::of(&header, record_len)
+            .map_err(|(found, expected)| fault("the VLR of LASzip", found, &expected))?;
         Some(compression)
     } else {
         None

@@ -40,7 +40,8 @@ fn every_version_and_format_reads_back_compressed_or_not() {
         for format in formats {
             for extension in ["las", "LAZ"] {
                 let path = folder.path().join(format!("{minor}_{format}.{extension}"));
-                let style = Style { version: (1, minor), format, offset: [85_000.0, 447_000.0, 0.0], ..Style::default() };
+                let style =
+                    Style { version: (1, minor), format, offset: [85_000.0, 447_000.0, 0.0], ..Style::default() };
                 // The writer looks at the extension in lower case only.
                 let written = path.with_extension(extension.to_lowercase());
                 fixture::write(&written, style, &expected);
@@ -83,7 +84,9 @@ fn a_file_that_is_cut_off_gives_what_it_has() {
     let folder = tempdir().unwrap();
     // More points than two chunks of 50 000, so that layered formats keep whole chunks.
     let expected = cloud(120_000);
-    for (format, name, least) in [(1, "a.las", 59_000), (1, "b.laz", 55_000), (6, "c.laz", 50_000), (3, "d.laz", 55_000)] {
+    for (format, name, least) in
+        [(1, "a.las", 59_000), (1, "b.laz", 55_000), (6, "c.laz", 50_000), (3, "d.laz", 55_000)]
+    {
         let path = folder.path().join(name);
         fixture::write(&path, Style { format, ..Style::default() }, &expected);
         let bytes = fs::read(&path).unwrap();
@@ -171,9 +174,6 @@ fn damage_anywhere_is_survived() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (random >> 33) as usize % below
     };
-    // Panics inside the decoder are caught; their messages would only fill the log.
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
     let mut opened = 0;
     for (format, name) in [(1, "a.las"), (3, "b.laz"), (7, "c.laz")] {
         let path = folder.path().join(name);
@@ -196,7 +196,6 @@ fn damage_anywhere_is_survived() {
             }
         }
     }
-    std::panic::set_hook(hook);
     assert!(opened > 500, "only {opened} of the damaged files could be opened");
 }
 
@@ -222,7 +221,12 @@ fn a_summary_counts_by_hand() {
     let path = folder.path().join("a.laz");
     // Sixteen points in four cells of 4 m, a quarter of them second returns.
     let points: Vec<Plain> = (0..16)
-        .map(|i| ([100.0 + f64::from(i % 4) * 4.0 + 1.0, 200.0 + f64::from(i / 4) * 0.5, f64::from(i)], 2 + (i % 2) as u8 * 4))
+        .map(|i| {
+            (
+                [100.0 + f64::from(i % 4) * 4.0 + 1.0, 200.0 + f64::from(i / 4) * 0.5, f64::from(i)],
+                2 + (i % 2) as u8 * 4,
+            )
+        })
         .collect();
     fixture::write_with(&path, Style::default(), &points, |index, point| {
         point.number_of_returns = 2;
@@ -253,7 +257,10 @@ fn arguments_become_sorted_tiles_without_duplicates() {
     fs::create_dir(folder.path().join("empty")).unwrap();
     let arg = |path: PathBuf| path.display().to_string();
     let inside = |name: &str| arg(folder.path().join(name));
-    assert_eq!(expand(&[arg(c.clone()), inside("b"), inside("b/../c.laz")]).unwrap(), [a.clone(), b.clone(), c.clone()]);
+    assert_eq!(
+        expand(&[arg(c.clone()), inside("b"), inside("b/../c.laz")]).unwrap(),
+        [a.clone(), b.clone(), c.clone()]
+    );
     assert_eq!(expand(&[inside("**/*")]).unwrap(), [a, b, c]);
     let refused = |name: &str| expand(&[inside(name)]).unwrap_err().to_string();
     assert!(refused("d.laz").contains("no such file or folder"));
@@ -376,10 +383,11 @@ fn edge_cases_of_the_shared_data() {
     let empty = Tile::open(folder.join("empty.laz")).unwrap();
     assert_eq!((empty.points, empty.extent.is_none()), (0, true));
     assert_eq!(read(&empty).0, []);
-    let truncated = Tile::open(folder.join("truncated.laz")).unwrap();
-    let (points, reading) = read(&truncated);
-    assert!(!points.is_empty() && (points.len() as u64) < truncated.points, "{}", points.len());
-    assert!(matches!(reading.problems(&truncated)[..], [TileProblem::MissingPoints { .. }]));
+    let error = Tile::open(folder.join("truncated.laz")).unwrap_err().to_string();
+    assert!(
+        error.contains("never completed: the program that wrote it (PDAL 2.10.0 (Releas)) was interrupted"),
+        "{error}"
+    );
     let feet = Tile::open(folder.join("autzen-feet.laz")).unwrap().summary([0.3048; 3]).unwrap();
     assert_eq!(feet.points, 110_000);
     assert!(!feet.classes.contains_key(&6));
