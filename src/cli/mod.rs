@@ -34,7 +34,7 @@ Examples:
 Exit codes:
   0  done; every footprint that holds points has a model
   1  nothing could be done, or bad usage
-  2  finished, but some buildings lack a model (the summary and the report say which and why)";
+  2  finished, but some buildings lack a model: the summary and the report say which and why";
 
 #[derive(Debug, Parser)]
 #[command(

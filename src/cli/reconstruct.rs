@@ -21,14 +21,16 @@ Examples:
   One building a line (CityJSONSeq), tiles that do not name their CRS:
     gable reconstruct 'ahn/*.laz' --footprints pand.sqlite --crs EPSG:7415 -o city.city.jsonl
   A cloud that is not classified, some of the footprints only:
-    gable reconstruct a.laz b.laz -f houses.shp --filter \"height > 3\" --building-class any -o out/
+    gable reconstruct a.laz b.laz -f houses.shp --filter \"height > 3\" \\
+      --building-class any -o out/
   A single object without a footprint:
     gable reconstruct church.laz --no-footprint -o church.city.json
 
 The output:
-  The extension chooses the format: .city.json (CityJSON) or .city.jsonl (CityJSONSeq). A folder (or a name without an
-  extension) gets a .city.json named after the tile if there is one, else after the footprints. The report goes to
-  OUT.report.json. Nothing appears under its name before it is whole.
+  The extension chooses the format: .city.json (CityJSON) or .city.jsonl (CityJSONSeq).
+  A folder, or a name without an extension, gets a .city.json that is named after the tile
+  if there is one, else after the footprints. The report goes to OUT.report.json. Ctrl-C
+  writes what is done; nothing appears under its name before it is whole.
 
 Exit codes:
   0  every footprint that holds points has a model

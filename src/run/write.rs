@@ -7,7 +7,7 @@ use rayon::ThreadPool;
 use super::buildings::{Task, reconstruct_all};
 use super::job::Job;
 use super::journal::Journal;
-use super::observer::Stage;
+use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
 use crate::building::Building;
 use crate::error::{Error, Result};
@@ -40,7 +40,11 @@ pub(super) fn write(
     if counts.not_reached > 0 && counts.written == 0 {
         return Err(Error::Interrupted);
     }
-    journal.stage(Stage::Finish, 1, |_| sink.finish())?;
+    journal.stage(Stage::Finish, 1, |journal| {
+        let written = sink.finish()?;
+        journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
+        Ok(written)
+    })?;
     Ok(Done { counts, buildings })
 }
 
