@@ -1,1 +1,141 @@
-//! segment
+//! Segmentation: tiles and footprints become sites, one per footprint, whatever the tiling.
+//!
+//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, and of the
+//! ground around footprints one point per square metre. What is kept is a set: joining tiles in any order, cutting a
+//! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
+//! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
+//! ground around it.
+
+mod counts;
+mod coverage;
+mod ground;
+mod harvest;
+mod neighbourhood;
+mod options;
+mod prepared;
+mod refuse;
+mod strays;
+mod vegetation;
+
+#[cfg(test)]
+mod tests;
+
+pub use counts::{DroppedPoints, PointCounts};
+pub use options::{AnyClass, BuildingClasses, SegmentOptions};
+
+use crate::error::Result;
+use crate::site::Site;
+use crate::source::crs::Crs;
+use crate::source::footprints::Footprint;
+use crate::source::points::{Tile, TileProblem};
+use harvest::{Harvest, Roles};
+use nalgebra::Point3;
+use neighbourhood::Neighbourhood;
+use rayon::prelude::*;
+
+/// What segmentation gives.
+#[derive(Debug)]
+pub struct Segmentation {
+    /// One site per footprint, in the order of the footprints.
+    pub sites: Vec<Site>,
+    /// The notes of the footprints, in the same order.
+    pub notes: Vec<Vec<String>>,
+    /// What became of the points.
+    pub counts: PointCounts,
+    /// What is wrong with the tiles, sorted.
+    pub problems: Vec<TileProblem>,
+}
+
+/// Joins `tiles` and `footprints`, both in `crs`, into sites; `progress` is told the number of points done since it was
+/// last told, from any thread, and gets to the sum of [`Tile::points`].
+///
+/// Points outside the footprint, under the eaves' overhang too, are not building points: the footprint is where the
+/// model stands. Tiles are read on the threads of the current rayon pool.
+///
+/// # Errors
+/// The CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the building classes do not
+/// occur; a tile can no longer be opened.
+pub fn segment(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Segmentation> {
+    refuse::geographic(crs)?;
+    refuse::without_points(tiles)?;
+    let reach = options.ring_limit.max(options.ring_width);
+    let all = Neighbourhood::new(&footprints, crs, reach);
+    refuse::apart(tiles, &footprints, &all, crs)?;
+
+    let roles = Roles::new(options);
+    let mut harvest =
+        tiles.par_iter().map(|tile| Harvest::of(tile, &all, &roles, crs.metres_per_unit, progress)).try_reduce(
+            || Harvest::new(crs.metres_per_unit),
+            |mut a, b| {
+                a.merge(b);
+                Ok(a)
+            },
+        )?;
+    refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
+
+    let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
+    let gathered: Vec<_> =
+        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
+    let (ground, lowest) = (&harvest.ground, &harvest.lowest);
+    let mut sites = Vec::with_capacity(footprints.len());
+    let mut notes = Vec::with_capacity(footprints.len());
+    let finished: Vec<_> = footprints
+        .into_par_iter()
+        .zip(gathered)
+        .enumerate()
+        .map(|(index, (footprint, mut points))| {
+            let mut counts = PointCounts::default();
+            let dropped = &mut counts.dropped;
+            points.sort_unstable_by(lexicographic);
+            dropped.duplicate = without(&mut points, Vec::dedup);
+            let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
+            let ground = ground::estimate(index, &all, ground, lowest, lowest_point, options);
+            if options.building_classes.is_any() {
+                let least = ground.height + options.least_height;
+                dropped.low = without(&mut points, |points| points.retain(|p| p[2] >= least));
+                dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
+            }
+            dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
+            dropped.beyond_party_wall =
+                strays::drop_beyond_party_wall(&mut points, &all.prepared[index], options) as u64;
+            counts.kept = points.len() as u64;
+            let (frame, polygon) = (all.frames[index], &all.polygons[index]);
+            let site = Site {
+                id: footprint.id,
+                frame,
+                footprint: Some(polygon.clone()),
+                points: points.into_iter().map(Point3::from).collect(),
+                ground,
+                coverage: coverage::coverage(polygon, &frame, &rectangles),
+                attributes: footprint.attributes,
+            };
+            (site, footprint.notes, counts)
+        })
+        .collect();
+    let mut counts = harvest.counts;
+    for (site, note, count) in finished {
+        sites.push(site);
+        notes.push(note);
+        counts.add(&count);
+    }
+    let mut problems = harvest.problems;
+    problems.sort();
+    Ok(Segmentation { sites, notes, counts, problems })
+}
+
+fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {
+    a[0].total_cmp(&b[0]).then_with(|| a[1].total_cmp(&b[1])).then_with(|| a[2].total_cmp(&b[2]))
+}
+
+/// How many points `change` takes away.
+fn without(points: &mut Vec<[f64; 3]>, change: impl FnOnce(&mut Vec<[f64; 3]>)) -> u64 {
+    let before = points.len();
+    change(points);
+    (before - points.len()) as u64
+}

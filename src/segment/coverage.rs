@@ -1,0 +1,114 @@
+//! How far the tiles cover a footprint.
+
+use crate::site::{Coverage, Frame};
+use crate::source::points::Extent;
+use geo::{Area, BooleanOps, BoundingRect, MultiPolygon, Rect, coord, unary_union};
+
+/// Edges of tiles this close to one another are taken for one edge, metres. Extents are tight around the points, so
+/// tiles that were cut from one cloud have gaps of about the spacing of the points between them, and ragged sides.
+const SEAM: f64 = 1.0;
+/// Shares are rounded to this many steps, so that they do not hang on the last bit of an area.
+const SHARE_STEPS: f64 = 1e6;
+
+/// The rectangles of `extents` in CRS units, with seams closed: edges that nearly coincide are moved outwards to the
+/// outermost of them.
+pub(super) fn seamless(extents: &[Extent], metres_per_unit: [f64; 3]) -> Vec<([f64; 2], [f64; 2])> {
+    let mut rectangles: Vec<_> = extents.iter().map(|e| ([e.min[0], e.min[1]], [e.max[0], e.max[1]])).collect();
+    for axis in 0..2 {
+        let seam = SEAM / metres_per_unit[axis];
+        let mut edges: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * rectangles.len());
+        for (index, (low, high)) in rectangles.iter().enumerate() {
+            edges.push((low[axis], index, false));
+            edges.push((high[axis], index, true));
+        }
+        edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for cluster in edges.chunk_by(|a, b| b.0 - a.0 <= seam) {
+            let (Some(first), Some(last)) = (cluster.first(), cluster.last()) else { continue };
+            for (_, index, is_high) in cluster {
+                let (low, high) = &mut rectangles[*index];
+                if *is_high {
+                    high[axis] = last.0;
+                } else {
+                    low[axis] = first.0;
+                }
+            }
+        }
+    }
+    rectangles
+}
+
+/// The share of `polygon` (local metres) that lies in any of `rectangles` (CRS units).
+pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])]) -> Coverage {
+    let Some(around) = polygon.bounding_rect() else { return Coverage { share: 0.0 } };
+    let local = |place: [f64; 2]| {
+        let point = frame.to_local([place[0], place[1], 0.0]);
+        coord! { x: point.x, y: point.y }
+    };
+    let mut touching = Vec::new();
+    for (low, high) in rectangles {
+        let (low, high) = (local(*low), local(*high));
+        let (min, max) = (around.min(), around.max());
+        if low.x <= min.x && low.y <= min.y && high.x >= max.x && high.y >= max.y {
+            return Coverage { share: 1.0 };
+        }
+        // Clipped to the surroundings of the footprint, because the grid of the overlay is relative to what it is given.
+        let clipped = (
+            coord! { x: low.x.max(min.x - 1.0), y: low.y.max(min.y - 1.0) },
+            coord! { x: high.x.min(max.x + 1.0), y: high.y.min(max.y + 1.0) },
+        );
+        if clipped.0.x < clipped.1.x && clipped.0.y < clipped.1.y {
+            touching.push(Rect::new(clipped.0, clipped.1).to_polygon());
+        }
+    }
+    let area = polygon.unsigned_area();
+    if touching.is_empty() || area <= 0.0 {
+        return Coverage { share: 0.0 };
+    }
+    let covered = polygon.intersection(&unary_union(&touching)).unsigned_area();
+    Coverage { share: ((covered / area * SHARE_STEPS).round() / SHARE_STEPS).clamp(0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{coverage, seamless};
+    use crate::site::Frame;
+    use crate::source::points::Extent;
+    use geo::{MultiPolygon, polygon};
+
+    fn extent(x: [f64; 2], y: [f64; 2]) -> Extent {
+        Extent { min: [x[0], y[0], 0.0], max: [x[1], y[1], 9.0] }
+    }
+
+    #[test]
+    fn share_of_the_union_by_hand() {
+        let square = MultiPolygon::new(vec![
+            polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)],
+        ]);
+        let frame = Frame { origin: [100.0, 200.0, 0.0], metres_per_unit: [1.0; 3] };
+        let share = |extents: &[Extent]| coverage(&square, &frame, &seamless(extents, frame.metres_per_unit)).share;
+        assert_eq!(share(&[extent([90.0, 120.0], [190.0, 230.0])]), 1.0);
+        assert_eq!(share(&[extent([90.0, 104.0], [190.0, 230.0])]), 0.4);
+        // Two overlapping halves: 6 of 10 columns, and 3 rows of the other 4.
+        assert_eq!(share(&[extent([90.0, 106.0], [190.0, 230.0]), extent([103.0, 120.0], [190.0, 203.0])]), 0.72);
+        assert_eq!(share(&[extent([0.0, 50.0], [0.0, 50.0])]), 0.0);
+        assert_eq!(share(&[]), 0.0);
+    }
+
+    #[test]
+    fn ragged_quarters_cover_like_the_whole() {
+        let whole = [extent([0.0, 40.0], [0.0, 40.0])];
+        let quarters = [
+            extent([0.0, 19.8], [0.1, 20.0]),
+            extent([20.1, 39.9], [0.0, 19.7]),
+            extent([0.2, 19.6], [20.3, 40.0]),
+            extent([20.0, 40.0], [20.2, 39.9]),
+        ];
+        let frame = Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] };
+        for corner in [5.0, 15.0, 35.0] {
+            let [a, b] = [corner, corner + 8.0];
+            let square = MultiPolygon::new(vec![polygon![(x: a, y: a), (x: b, y: a), (x: b, y: b), (x: a, y: b)]]);
+            let share = |extents: &[Extent]| coverage(&square, &frame, &seamless(extents, frame.metres_per_unit)).share;
+            assert_eq!(share(&whole), share(&quarters), "at {corner}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! What one tile gives to the sites.
+
+use super::counts::PointCounts;
+use super::ground::{Choice, GROUND_CELL, LOWEST_CELL, Thinned};
+use super::neighbourhood::{Neighbourhood, snap, to_local};
+use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};
+use crate::error::Result;
+use crate::source::points::{Block, Extent, Tile, TileProblem};
+use std::collections::BTreeMap;
+
+/// The part a class plays.
+#[derive(Debug, Clone, Copy, Default)]
+struct Role {
+    noise: bool,
+    ground: bool,
+    building: bool,
+}
+
+/// The part that each of the 256 classes plays.
+pub(super) struct Roles([Role; 256]);
+
+impl Roles {
+    /// As `options` say.
+    pub fn new(options: &SegmentOptions) -> Self {
+        Self(std::array::from_fn(|class| {
+            let class = class as u8;
+            let noise = NOISE.contains(&class);
+            let ground = options.ground_classes.contains(&class);
+            let building = match &options.building_classes {
+                BuildingClasses::Listed(classes) => classes.contains(&class),
+                BuildingClasses::Keyword(_) => !ground && !NEVER_BUILDING.contains(&class),
+            };
+            Role { noise, ground, building: building && !noise }
+        }))
+    }
+
+    /// Whether points of `class` can be building points.
+    pub fn is_building(&self, class: u8) -> bool {
+        self.0[usize::from(class)].building
+    }
+}
+
+/// What one tile, or several, give to the sites. Joining harvests gives the same whatever the order.
+pub(super) struct Harvest {
+    /// Building points per footprint, local metres, in no particular order and with duplicates.
+    pub points: BTreeMap<usize, Vec<[f64; 3]>>,
+    /// Ground points, thinned.
+    pub ground: Thinned,
+    /// Lowest points of any class, thinned.
+    pub lowest: Thinned,
+    /// What was counted.
+    pub counts: PointCounts,
+    /// Extents of the tiles.
+    pub extents: Vec<Extent>,
+    /// What is wrong with them.
+    pub problems: Vec<TileProblem>,
+}
+
+impl Harvest {
+    /// Nothing.
+    pub fn new(metres_per_unit: [f64; 3]) -> Self {
+        Self {
+            points: BTreeMap::new(),
+            ground: Thinned::new(Choice::Central, GROUND_CELL, metres_per_unit),
+            lowest: Thinned::new(Choice::Lowest, LOWEST_CELL, metres_per_unit),
+            counts: PointCounts::default(),
+            extents: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// Streams `tile` and takes what is wanted of it.
+    ///
+    /// # Errors
+    /// The tile cannot be opened.
+    pub fn of(
+        tile: &Tile,
+        all: &Neighbourhood,
+        roles: &Roles,
+        metres_per_unit: [f64; 3],
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Self> {
+        let mut harvest = Self::new(metres_per_unit);
+        let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
+        if let Some(extent) = tile.extent.filter(|extent| is_far(*extent)) {
+            harvest.counts.passed_over = tile.points;
+            harvest.extents.push(extent);
+            progress(tile.points);
+            return Ok(harvest);
+        }
+        let mut told = 0;
+        let mut seen = Extent::EMPTY;
+        let mut by_class = [0_u64; 256];
+        let mut lookup = all.lookup();
+        let wanted = |low: [f64; 2], high: [f64; 2]| all.is_wanted(low, high);
+        let reading = tile.stream(Some(&wanted), &mut |block: &Block| {
+            for point in block.points() {
+                seen.grow(point.position);
+                by_class[usize::from(point.class)] += 1;
+                let role = roles.0[usize::from(point.class)];
+                let dropped = &mut harvest.counts.dropped;
+                if point.withheld {
+                    dropped.withheld += 1;
+                } else if point.synthetic {
+                    dropped.synthetic += 1;
+                } else if role.noise {
+                    dropped.noise += 1;
+                } else {
+                    let position = point.position.map(snap);
+                    let Some(footprints) = lookup.near(position) else { continue };
+                    harvest.lowest.add(position);
+                    if role.ground {
+                        harvest.ground.add(position);
+                    }
+                    if role.building {
+                        for &index in footprints {
+                            let local = to_local(&all.frames[index], position);
+                            if all.prepared[index].contains([local[0], local[1]]) {
+                                harvest.points.entry(index).or_default().push(local);
+                            }
+                        }
+                    }
+                }
+            }
+            told += block.len() as u64;
+            progress(block.len() as u64);
+        })?;
+        progress(tile.points.saturating_sub(told));
+        harvest.counts.read = reading.read;
+        harvest.counts.passed_over = reading.passed_over;
+        harvest.counts.dropped.absurd = reading.absurd;
+        harvest.counts.classes = (0..=255).zip(by_class).filter(|(_, n)| *n > 0).collect();
+        harvest.problems = reading.problems(tile);
+        // A file that is cut off covers only what could be read of it.
+        let is_whole = reading.read >= reading.expected;
+        match tile.extent {
+            Some(extent) if is_whole => harvest.extents.push(extent),
+            _ if seen.is_empty() => {}
+            _ => harvest.extents.push(seen),
+        }
+        if tile.extent.is_none() && !seen.is_empty() {
+            harvest.problems.push(TileProblem::UnusableExtent { tile: tile.path.clone() });
+        }
+        Ok(harvest)
+    }
+
+    /// Takes over another harvest.
+    pub fn merge(&mut self, other: Self) {
+        for (index, points) in other.points {
+            self.points.entry(index).or_default().extend(points);
+        }
+        self.ground.merge(other.ground);
+        self.lowest.merge(other.lowest);
+        self.counts.add(&other.counts);
+        self.extents.extend(other.extents);
+        self.problems.extend(other.problems);
+    }
+}

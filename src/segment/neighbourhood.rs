@@ -1,0 +1,147 @@
+//! Which footprints are near a place.
+
+use super::prepared::Prepared;
+use crate::site::Frame;
+use crate::source::crs::Crs;
+use crate::source::footprints::Footprint;
+use geo::{BoundingRect, MapCoords, MultiPolygon, coord};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+/// Coordinates are rounded to this many steps per unit of the CRS, so that the same place has the same bits whatever
+/// the scale and offset of the tile that it comes from.
+const STEPS_PER_UNIT: f64 = 1e6;
+/// Side of the squares for which the footprints near them are looked up once, metres.
+const SQUARE: f64 = 8.0;
+
+/// The nearest multiple of the rounding step; adding zero turns −0 into 0.
+pub(super) fn snap(value: f64) -> f64 {
+    (value * STEPS_PER_UNIT).round() / STEPS_PER_UNIT + 0.0
+}
+
+/// The local frame of a footprint: origin at the whole CRS units below its corner, height 0.
+///
+/// The origin's height is 0 because the footprint has none of its own and heights of the Earth's surface are small
+/// enough for a double to hold micrometres.
+pub(super) fn frame_of(polygon: &MultiPolygon<f64>, crs: &Crs) -> Frame {
+    let corner = polygon.bounding_rect().map_or([0.0; 2], |rect| [rect.min().x.floor(), rect.min().y.floor()]);
+    Frame { origin: [corner[0], corner[1], 0.0], metres_per_unit: crs.metres_per_unit }
+}
+
+/// `position` (CRS units, snapped) in local metres; snapped again, since the subtraction leaves its own rounding.
+pub(super) fn to_local(frame: &Frame, position: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| snap(position[axis] - frame.origin[axis]) * frame.metres_per_unit[axis])
+}
+
+/// A polygon in local metres.
+pub(super) fn polygon_to_local(frame: &Frame, polygon: &MultiPolygon<f64>) -> MultiPolygon<f64> {
+    polygon.map_coords(|c| {
+        let [x, y, _] = to_local(frame, [snap(c.x), snap(c.y), 0.0]);
+        coord! { x: x, y: y }
+    })
+}
+
+/// All footprints, prepared, and a tree over their boxes.
+pub(super) struct Neighbourhood {
+    /// Local frames, one per footprint.
+    pub frames: Vec<Frame>,
+    /// Footprints in local metres.
+    pub polygons: Vec<MultiPolygon<f64>>,
+    /// The same, prepared.
+    pub prepared: Vec<Prepared>,
+    tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
+    /// Radius around a footprint in which something is wanted, CRS units.
+    reach: [f64; 2],
+    /// Side of a lookup square, CRS units.
+    square: [f64; 2],
+}
+
+impl Neighbourhood {
+    /// Prepares `footprints`, of which everything up to `reach` metres away is wanted.
+    pub fn new(footprints: &[Footprint], crs: &Crs, reach: f64) -> Self {
+        let frames: Vec<Frame> = footprints.iter().map(|f| frame_of(&f.polygon, crs)).collect();
+        let polygons: Vec<_> = frames.iter().zip(footprints).map(|(f, p)| polygon_to_local(f, &p.polygon)).collect();
+        let boxes = footprints.iter().enumerate().filter_map(|(index, footprint)| {
+            let rect = footprint.polygon.bounding_rect()?;
+            // A step of slack: the polygons that are asked have been snapped.
+            let low = [rect.min().x, rect.min().y].map(|v| v - 2.0 / STEPS_PER_UNIT);
+            let high = [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT);
+            Some(GeomWithData::new(Rectangle::from_corners(low, high), index))
+        });
+        let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
+        Self {
+            tree: RTree::bulk_load(boxes.collect()),
+            prepared: polygons.iter().map(Prepared::new).collect(),
+            polygons,
+            frames,
+            reach: per_unit.map(|m| reach / m),
+            square: per_unit.map(|m| SQUARE / m),
+        }
+    }
+
+    /// Whether something is wanted of the rectangle.
+    pub fn is_wanted(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let envelope = AABB::from_corners(
+            [low[0] - self.reach[0], low[1] - self.reach[1]],
+            [high[0] + self.reach[0], high[1] + self.reach[1]],
+        );
+        self.tree.locate_in_envelope_intersecting(&envelope).next().is_some()
+    }
+
+    /// Whether any footprint touches the rectangle.
+    pub fn touches(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        self.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)).next().is_some()
+    }
+
+    /// The box of footprint `index` and `width` metres around it, CRS units; `None` when the footprint is empty.
+    pub fn surroundings(&self, index: usize, width: f64) -> Option<([f64; 2], [f64; 2])> {
+        let rect = self.polygons[index].bounding_rect()?;
+        let Frame { origin, metres_per_unit } = self.frames[index];
+        let place = |local: [f64; 2]| std::array::from_fn(|axis| origin[axis] + local[axis] / metres_per_unit[axis]);
+        Some((place([rect.min().x - width, rect.min().y - width]), place([rect.max().x + width, rect.max().y + width])))
+    }
+
+    /// Whether the place, in snapped CRS units, is inside a footprint other than `own`.
+    pub fn is_inside_another(&self, position: [f64; 3], own: usize) -> bool {
+        self.tree
+            .locate_in_envelope_intersecting(&AABB::from_point([position[0], position[1]]))
+            .any(|found| found.data != own && self.contains(found.data, position))
+    }
+
+    /// Whether footprint `index` contains the place, in snapped CRS units.
+    pub fn contains(&self, index: usize, position: [f64; 3]) -> bool {
+        let [x, y, _] = to_local(&self.frames[index], position);
+        self.prepared[index].contains([x, y])
+    }
+
+    /// A lookup that remembers the square that it was last asked for.
+    pub fn lookup(&self) -> Lookup<'_> {
+        Lookup { all: self, square: [i64::MIN; 2], wanted: false, inside: Vec::new() }
+    }
+}
+
+/// The footprints near a place; consecutive points of a scan mostly fall into one square.
+pub(super) struct Lookup<'a> {
+    all: &'a Neighbourhood,
+    square: [i64; 2],
+    wanted: bool,
+    inside: Vec<usize>,
+}
+
+impl Lookup<'_> {
+    /// The footprints whose boxes touch the square around the place; `None` when nothing is wanted there.
+    pub fn near(&mut self, position: [f64; 3]) -> Option<&[usize]> {
+        let side = self.all.square;
+        let square = [0, 1].map(|axis| (position[axis] / side[axis]).floor() as i64);
+        if square != self.square {
+            self.square = square;
+            let low = [0, 1].map(|axis| square[axis] as f64 * side[axis]);
+            let high = [0, 1].map(|axis| low[axis] + side[axis]);
+            self.wanted = self.all.is_wanted(low, high);
+            self.inside.clear();
+            let touching = self.all.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
+            self.inside.extend(touching.map(|found| found.data));
+        }
+        self.wanted.then_some(self.inside.as_slice())
+    }
+}

@@ -1,0 +1,116 @@
+//! What counts as building and as ground, and how far to look.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Noise classes of the ASPRS (low point, high noise); never used.
+pub(super) const NOISE: [u8; 2] = [7, 18];
+/// Classes that say for certain that a point is not of a building: vegetation, water, rail, road surface, wires and
+/// transmission towers (LAS 1.4 R15, table 17).
+pub(super) const NEVER_BUILDING: [u8; 10] = [3, 4, 5, 9, 10, 11, 13, 14, 15, 16];
+
+/// The classes whose points are building points: a list such as `1,6`, or `any`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BuildingClasses {
+    /// Points of these ASPRS classes.
+    Listed(Vec<u8>),
+    /// For clouds that are not classified.
+    Keyword(AnyClass),
+}
+
+/// Takes every class that can be a building: not ground, vegetation, water, rail, road or wires. What stands out of the
+/// ground inside a footprint counts, with vegetation thinned by planarity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AnyClass {
+    /// Every class that can be a building.
+    Any,
+}
+
+impl BuildingClasses {
+    /// `any`.
+    pub const ANY: Self = Self::Keyword(AnyClass::Any);
+
+    /// Whether it is `any`.
+    pub fn is_any(&self) -> bool {
+        *self == Self::ANY
+    }
+}
+
+impl FromStr for BuildingClasses {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.trim().eq_ignore_ascii_case("any") {
+            return Ok(Self::ANY);
+        }
+        let parsed: Result<Vec<u8>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+        match parsed {
+            Ok(classes) => Ok(Self::Listed(classes)),
+            Err(_) => Err(format!("found '{text}', expected classes from 0 to 255 such as '1,6', or 'any'")),
+        }
+    }
+}
+
+impl fmt::Display for BuildingClasses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Listed(classes) => {
+                let names: Vec<String> = classes.iter().map(u8::to_string).collect();
+                f.write_str(&names.join(","))
+            }
+            Self::Keyword(AnyClass::Any) => f.write_str("any"),
+        }
+    }
+}
+
+/// How tiles and footprints become sites. All lengths are metres, whatever the unit of the CRS.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SegmentOptions {
+    /// Classes of building points: a list, or `any` for clouds that are not classified.
+    pub building_classes: BuildingClasses,
+    /// Classes of ground points.
+    pub ground_classes: Vec<u8>,
+    /// Width of the ring around a footprint in which the ground is looked for, metres.
+    pub ring_width: f64,
+    /// Where too little ground is found, the ring is widened up to this width, metres.
+    pub ring_limit: f64,
+    /// How much ground is enough, square metres that hold a ground point.
+    pub ring_area: u32,
+    /// The height of the ground is this percentile of the ground heights in the ring. Low, so that the walls of a
+    /// building on a slope reach down to the terrain at its lowest side; not the minimum, which is any outlier's.
+    pub ground_percentile: f64,
+    /// With `any`: points lower than this above the ground are not building points, metres.
+    pub least_height: f64,
+    /// With `any`: a point is vegetation when neither it nor a neighbour of it lies in a flat neighbourhood: one whose
+    /// smallest variance is at most this share of the whole.
+    pub flatness: f64,
+    /// A handful of points this high above everything around them is not part of the building, metres.
+    pub hover_gap: f64,
+    /// Width of the band along the footprint's edges into which a higher neighbour's wall and roof may reach, metres.
+    pub party_wall_band: f64,
+    /// A point in that band this high above the highest point further inside is the neighbour's, metres.
+    pub party_wall_rise: f64,
+}
+
+impl Default for SegmentOptions {
+    fn default() -> Self {
+        Self {
+            building_classes: BuildingClasses::Listed(vec![6]),
+            ground_classes: vec![2],
+            ring_width: 3.0,
+            ring_limit: 24.0,
+            ring_area: 12,
+            ground_percentile: 5.0,
+            least_height: 1.5,
+            flatness: 0.03,
+            hover_gap: 3.0,
+            party_wall_band: 0.5,
+            party_wall_rise: 1.5,
+        }
+    }
+}

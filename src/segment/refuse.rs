@@ -1,0 +1,96 @@
+//! What cannot be segmented at all, and why.
+
+use super::counts::PointCounts;
+use super::harvest::Roles;
+use super::neighbourhood::Neighbourhood;
+use super::options::SegmentOptions;
+use crate::error::{InputError, Result};
+use crate::source::crs::Crs;
+use crate::source::footprints::Footprint;
+use crate::source::points::{Extent, Tile};
+use geo::BoundingRect;
+
+/// Degrees are no lengths.
+pub(super) fn geographic(crs: &Crs) -> Result<()> {
+    if crs.is_geographic {
+        return Err(InputError::new("tiles", format!("the geographic CRS {}", label(crs)), "a projected CRS")
+            .remedy("Coordinates in degrees have no metric distances: reproject the cloud to a projected CRS first")
+            .into());
+    }
+    Ok(())
+}
+
+/// There is not one point.
+pub(super) fn without_points(tiles: &[Tile]) -> Result<()> {
+    if tiles.iter().all(|tile| tile.points == 0) {
+        let found = if tiles.is_empty() { "no tile".to_owned() } else { format!("no point in {} tiles", tiles.len()) };
+        return Err(InputError::new(name_of(tiles), found, "tiles with points").into());
+    }
+    Ok(())
+}
+
+/// Tiles and footprints lie apart.
+pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhood, crs: &Crs) -> Result<()> {
+    let mut cloud = Extent::EMPTY;
+    for tile in tiles.iter().filter(|tile| tile.points > 0) {
+        // What is not known cannot be ruled out.
+        let Some(extent) = tile.extent else { return Ok(()) };
+        if all.touches([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]) {
+            return Ok(());
+        }
+        cloud.join(&extent);
+    }
+    let mut layer = Extent::EMPTY;
+    for rect in footprints.iter().filter_map(|footprint| footprint.polygon.bounding_rect()) {
+        layer.grow([rect.min().x, rect.min().y, 0.0]);
+        layer.grow([rect.max().x, rect.max().y, 0.0]);
+    }
+    if layer.is_empty() {
+        return Ok(());
+    }
+    let shown = |extent: &Extent| {
+        let ([x0, y0, _], [x1, y1, _]) = (extent.min, extent.max);
+        format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2} in {}", label(crs))
+    };
+    let found = format!("no overlap: the footprints, brought to the CRS of the tiles, extend over {}", shown(&layer));
+    Err(InputError::new("footprints", found, format!("footprints where the tiles are: {}", shown(&cloud)))
+        .remedy(format!(
+            "Check that both show the same place and that their CRSs are stated rightly (tiles, such as {}: --crs)",
+            name_of(tiles)
+        ))
+        .into())
+}
+
+/// The classes asked for do not occur in what was read.
+pub(super) fn without_buildings(
+    tiles: &[Tile],
+    counts: &PointCounts,
+    roles: &Roles,
+    options: &SegmentOptions,
+) -> Result<()> {
+    if counts.classes.is_empty() || counts.classes.keys().any(|class| roles.is_building(*class)) {
+        return Ok(());
+    }
+    let listed: Vec<String> = counts.classes.iter().map(|(class, n)| format!("{class} ({n} points)")).collect();
+    let found =
+        format!("no point of building class {}; the classes are {}", options.building_classes, listed.join(", "));
+    Err(InputError::new(name_of(tiles), found, "building points")
+        .remedy("Name the classes that hold buildings, such as --building-class 1,6, or use --building-class any")
+        .into())
+}
+
+fn label(crs: &Crs) -> String {
+    match &crs.code {
+        Some(code) => format!("{code} ({})", crs.name),
+        None => crs.name.clone(),
+    }
+}
+
+/// The tile that stands for all in a message.
+fn name_of(tiles: &[Tile]) -> String {
+    match tiles {
+        [] => "tiles".to_owned(),
+        [one] => one.path.display().to_string(),
+        [first, rest @ ..] => format!("{} and {} more", first.path.display(), rest.len()),
+    }
+}

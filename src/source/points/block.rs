@@ -1,0 +1,117 @@
+//! A block of point records as they stand in the file, and the columns we read from it.
+
+use las::{Transform, Vector};
+
+/// What we take from a point record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScanPoint {
+    /// Coordinates in the units of the CRS.
+    pub position: [f64; 3],
+    /// ASPRS class (the overlap class 12 of the old formats stays 12).
+    pub class: u8,
+    /// Number of the return, from 1; 0 where the writer did not fill it in.
+    pub return_number: u8,
+    /// Marked as not made by the scanner.
+    pub synthetic: bool,
+    /// Marked as not to be used.
+    pub withheld: bool,
+    /// Marked as lying in the overlap of two strips (point formats 6 to 10).
+    pub overlap: bool,
+}
+
+/// Some point records, as they stand in the file (LAS 1.4 R15, section 2.6).
+#[derive(Debug, Clone)]
+pub struct Block {
+    bytes: Vec<u8>,
+    record_len: usize,
+    extended: bool,
+    transforms: Vector<Transform>,
+    plausible: [(i32, i32); 3],
+}
+
+impl Block {
+    /// An empty block for records of `record_len` bytes, of the formats 6 to 10 when `extended`; `plausible` is the
+    /// range of stored integers per axis that can be real.
+    pub(super) fn new(
+        record_len: usize,
+        extended: bool,
+        transforms: Vector<Transform>,
+        plausible: [(i32, i32); 3],
+    ) -> Self {
+        Self { bytes: Vec::new(), record_len, extended, transforms, plausible }
+    }
+
+    /// Makes room for `n` records and lends their bytes.
+    pub(super) fn resize(&mut self, n: usize) -> &mut [u8] {
+        self.bytes.resize(n * self.record_len, 0);
+        &mut self.bytes
+    }
+
+    /// Keeps the first `n` records.
+    pub(super) fn truncate(&mut self, n: usize) {
+        self.bytes.truncate(n * self.record_len);
+    }
+
+    /// Number of records, those with absurd coordinates included.
+    pub fn len(&self) -> usize {
+        self.bytes.len() / self.record_len
+    }
+
+    /// Whether there is no record.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// How many records have absurd coordinates.
+    pub fn absurd(&self) -> usize {
+        self.bytes.chunks_exact(self.record_len).filter(|r| !self.is_plausible(r)).count()
+    }
+
+    /// The points, without those with absurd coordinates.
+    pub fn points(&self) -> impl Iterator<Item = ScanPoint> + '_ {
+        self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r)).map(|r| self.decode(r))
+    }
+
+    fn is_plausible(&self, record: &[u8]) -> bool {
+        (0..3).all(|axis| {
+            let value = stored(record, axis);
+            self.plausible[axis].0 <= value && value <= self.plausible[axis].1
+        })
+    }
+
+    #[inline]
+    fn decode(&self, record: &[u8]) -> ScanPoint {
+        let position = [
+            self.transforms.x.direct(stored(record, 0)),
+            self.transforms.y.direct(stored(record, 1)),
+            self.transforms.z.direct(stored(record, 2)),
+        ];
+        // Bytes 14 to 16 hold returns, flags and class: tables 7 (formats 0 to 5) and 15 (formats 6 to 10).
+        let (returns, flags) = (record[14], record[15]);
+        if self.extended {
+            ScanPoint {
+                position,
+                class: record[16],
+                return_number: returns & 0x0f,
+                synthetic: flags & 0x01 != 0,
+                withheld: flags & 0x04 != 0,
+                overlap: flags & 0x08 != 0,
+            }
+        } else {
+            ScanPoint {
+                position,
+                class: flags & 0x1f,
+                return_number: returns & 0x07,
+                synthetic: flags & 0x20 != 0,
+                withheld: flags & 0x80 != 0,
+                overlap: false,
+            }
+        }
+    }
+}
+
+#[inline]
+fn stored(record: &[u8], axis: usize) -> i32 {
+    let at = 4 * axis;
+    i32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+}

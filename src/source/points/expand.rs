@@ -1,0 +1,83 @@
+//! From arguments to tiles.
+
+use crate::error::{Error, InputError, Result};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const WANTED: &str = "LAS, LAZ or COPC tiles: files, folders or glob patterns";
+
+/// The tiles that `args` name: files, folders (the tiles directly in them) and glob patterns.
+///
+/// Sorted and without duplicates, both by canonical path, so that neither the order of the arguments nor a tile that is
+/// named twice matters. A file named outright is taken whatever its extension; in folders and patterns only `.las` and
+/// `.laz` (so `.copc.laz` too), in upper or lower case, count as tiles.
+///
+/// # Errors
+/// An argument that does not exist, a pattern that is malformed or matches no tile, a folder without tiles, no argument
+/// at all, or a folder that cannot be read.
+pub fn expand(args: &[String]) -> Result<Vec<PathBuf>> {
+    if args.is_empty() {
+        return Err(InputError::new("tiles", "no argument", WANTED).into());
+    }
+    let mut found = BTreeMap::new();
+    for arg in args {
+        let path = Path::new(arg);
+        let tiles = if path.is_dir() {
+            let tiles = tiles_in(path)?;
+            if tiles.is_empty() {
+                return Err(InputError::new(path, "a folder without .las or .laz files", WANTED)
+                    .remedy("Folders are not searched recursively: use a pattern such as 'folder/**/*.laz'")
+                    .into());
+            }
+            tiles
+        } else if path.exists() {
+            vec![path.to_path_buf()]
+        } else if arg.contains(['*', '?', '[']) {
+            matches(arg)?
+        } else {
+            return Err(InputError::new(path, "no such file or folder", WANTED).into());
+        };
+        for tile in tiles {
+            let canonical = fs::canonicalize(&tile).map_err(|e| Error::io(&tile, "open", e))?;
+            found.entry(canonical).or_insert(tile);
+        }
+    }
+    Ok(found.into_values().collect())
+}
+
+fn matches(pattern: &str) -> Result<Vec<PathBuf>> {
+    let paths = glob::glob(pattern).map_err(|e| {
+        InputError::new(pattern, "a malformed pattern", "a glob pattern")
+            .at(format!("character {}", e.pos))
+            .remedy(e.msg)
+    })?;
+    let mut tiles = Vec::new();
+    for path in paths {
+        let path = path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?;
+        if path.is_dir() {
+            tiles.extend(tiles_in(&path)?);
+        } else if is_tile(&path) {
+            tiles.push(path);
+        }
+    }
+    if tiles.is_empty() {
+        return Err(InputError::new(pattern, "a pattern that matches no .las or .laz file", WANTED).into());
+    }
+    Ok(tiles)
+}
+
+fn tiles_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut tiles = Vec::new();
+    for entry in fs::read_dir(folder).map_err(|e| Error::io(folder, "read", e))? {
+        let path = entry.map_err(|e| Error::io(folder, "read", e))?.path();
+        if is_tile(&path) && path.is_file() {
+            tiles.push(path);
+        }
+    }
+    Ok(tiles)
+}
+
+fn is_tile(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("las") || e.eq_ignore_ascii_case("laz"))
+}

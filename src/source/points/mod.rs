@@ -1,0 +1,33 @@
+//! Points: LAS 1.0 to 1.4, LAZ and COPC tiles, streamed so that memory stays flat whatever the file.
+//!
+//! - [`expand`] turns arguments (files, globs, folders) into tiles.
+//! - [`Tile::open`] reads and checks the header, nothing more.
+//! - [`Tile::stream`] hands out the points block by block; of a COPC tile only the octree nodes that are wanted.
+//! - [`Tile::summary`] streams once and counts.
+//!
+//! The `las` crate gives header, formats and COPC hierarchy, `laz` the decompression. The loop over the chunks is our
+//! own, because a damaged or cut-off file must cost the points that are damaged or missing and nothing more: every
+//! number that leads to an allocation or a seek is checked against the size of the file first, and a chunk that cannot
+//! be decoded is left behind while the next one goes on.
+
+mod block;
+mod chunks;
+mod decode;
+mod expand;
+mod header;
+mod problem;
+mod stream;
+mod summary;
+mod tile;
+
+#[cfg(test)]
+pub(crate) mod fixture;
+#[cfg(test)]
+mod tests;
+
+pub use block::{Block, ScanPoint};
+pub use expand::expand;
+pub use problem::TileProblem;
+pub use stream::{Reading, Region};
+pub use summary::TileSummary;
+pub use tile::{Extent, Tile};

@@ -1,0 +1,231 @@
+//! Handing out the points of a tile, block by block.
+
+use super::block::Block;
+use super::chunks::{Chunk, Chunking, Compression};
+use super::decode::{Decoder, explain};
+use super::problem::TileProblem;
+use super::tile::Tile;
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+
+/// Points per block: large enough to make calls cheap, small enough (600 KB) to stay in the cache and out of the way.
+const BLOCK: u64 = 16_384;
+
+/// Whether anything is wanted of the rectangle from the first to the second corner, CRS units.
+pub type Region<'a> = dyn Fn([f64; 2], [f64; 2]) -> bool + Sync + 'a;
+
+/// What came of streaming a tile.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Points that should have been read.
+    pub expected: u64,
+    /// Points read, those with absurd coordinates included.
+    pub read: u64,
+    /// Points with absurd coordinates; [`Block::points`] leaves them out.
+    pub absurd: u64,
+    /// Points not read because their octree node was not wanted (COPC).
+    pub passed_over: u64,
+    /// Why points are missing, when some are.
+    pub cause: Option<String>,
+}
+
+impl Reading {
+    /// What is wrong with the tile, as far as reading it showed.
+    pub fn problems(&self, tile: &Tile) -> Vec<TileProblem> {
+        let mut problems = Vec::new();
+        if self.read < self.expected {
+            problems.push(TileProblem::MissingPoints {
+                tile: tile.path.clone(),
+                expected: self.expected,
+                read: self.read,
+                cause: self.cause.clone().unwrap_or_else(|| "the file holds no more".to_owned()),
+            });
+        }
+        if self.absurd > 0 {
+            problems.push(TileProblem::AbsurdCoordinates { tile: tile.path.clone(), points: self.absurd });
+        }
+        problems
+    }
+}
+
+impl Tile {
+    /// Streams the points through `visit`, in the order of the file.
+    ///
+    /// With a `region`, a COPC tile is read only where it is wanted: whole octree nodes, so points outside come along.
+    /// Other tiles are read whole. What is missing or damaged is told by the [`Reading`]; it is no error.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn stream(&self, region: Option<&Region>, visit: &mut dyn FnMut(&Block)) -> Result<Reading> {
+        let layout = self.layout();
+        let mut reading = Reading { expected: layout.points, ..Reading::default() };
+        if layout.points == 0 {
+            return Ok(reading);
+        }
+        let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
+        let mut file = BufReader::with_capacity(1 << 16, file);
+        let mut out = Output { block: self.block(), reading: &mut reading, visit };
+        match &layout.compression {
+            None => self.stream_records(&mut file, &mut out),
+            Some(compression) => {
+                let nodes = region.and_then(|region| self.copc_nodes(region));
+                let chunks = match nodes {
+                    Some((chunks, passed_over)) => {
+                        out.reading.expected = chunks.iter().map(|c| c.points).sum();
+                        out.reading.passed_over = passed_over;
+                        Some(chunks)
+                    }
+                    None => compression.table(&mut file, layout),
+                };
+                let decoder = Decoder::new(file, compression, layout.record_len);
+                match chunks {
+                    Some(chunks) => self.stream_chunks(decoder, compression, &chunks, &mut out),
+                    None => self.stream_without_table(decoder, compression, &mut out),
+                }
+            }
+        }
+        Ok(reading)
+    }
+
+    /// Uncompressed records: as many as the file holds.
+    fn stream_records(&self, file: &mut BufReader<File>, out: &mut Output) {
+        let layout = self.layout();
+        let held = (layout.file_size - layout.data_start) / layout.record_len as u64;
+        let mut left = layout.points.min(held);
+        if held < layout.points {
+            out.reading.cause = Some("the file ends early".to_owned());
+        }
+        if let Err(error) = file.seek(SeekFrom::Start(layout.data_start)) {
+            out.reading.cause = Some(explain(&error));
+            return;
+        }
+        while left > 0 {
+            let n = left.min(BLOCK);
+            if let Err(error) = file.read_exact(out.block.resize(n as usize)) {
+                out.reading.cause = Some(explain(&error));
+                return;
+            }
+            out.hand_out(n as usize);
+            left -= n;
+        }
+    }
+
+    /// Chunks whose places are known: one that is damaged costs its own points only.
+    fn stream_chunks(&self, mut decoder: Decoder, compression: &Compression, chunks: &[Chunk], out: &mut Output) {
+        for chunk in chunks {
+            let mut points = chunk.points;
+            if compression.layers.is_some() {
+                let bytes = chunk.bytes.min(self.layout().file_size.saturating_sub(chunk.start));
+                let record_len = self.layout().record_len;
+                let Some(stated) = compression.checked_layers(decoder.source(), record_len, chunk.start, bytes) else {
+                    out.reading.cause = Some(format!("the chunk at byte {} is damaged or cut off", chunk.start));
+                    continue;
+                };
+                points = points.min(stated);
+            }
+            if let Err(cause) = decoder.begin(chunk.start).and_then(|()| out.fill_from(&mut decoder, points)) {
+                out.reading.cause = Some(cause);
+            }
+        }
+    }
+
+    /// Without a chunk table (it stands at the end, so a file that is cut off has none) every chunk begins where the one
+    /// before it ends, and the first fault is the end.
+    fn stream_without_table(&self, mut decoder: Decoder, compression: &Compression, out: &mut Output) {
+        let layout = self.layout();
+        let mut start = layout.data_start + 8;
+        let mut left = layout.points;
+        while left > 0 {
+            let bytes = layout.file_size.saturating_sub(start);
+            let stated = match compression.layers {
+                Some(_) => compression.checked_layers(decoder.source(), layout.record_len, start, bytes),
+                None => Some(left),
+            };
+            let points = match (stated, compression.chunking) {
+                (Some(stated), Chunking::Fixed(size)) => stated.min(size),
+                (Some(stated), Chunking::Variable) if compression.layers.is_some() => stated,
+                _ => 0,
+            }
+            .min(left);
+            let outcome = if points == 0 {
+                Err("the file ends early and has no chunk table".to_owned())
+            } else {
+                decoder.begin(start).and_then(|()| out.fill_from(&mut decoder, points))
+            };
+            match outcome.and_then(|()| decoder.source().stream_position().map_err(|e| e.to_string())) {
+                Ok(position) => start = position,
+                Err(cause) => {
+                    out.reading.cause = Some(cause);
+                    return;
+                }
+            }
+            left -= points;
+        }
+    }
+
+    /// The chunks of the octree nodes that touch the region, in the order of the file, and the number of points in the
+    /// others; `None` when the tile is not COPC or its hierarchy is damaged (it can still be read as LAZ).
+    fn copc_nodes(&self, region: &Region) -> Option<(Vec<Chunk>, u64)> {
+        /// Deeper than any octree over 32-bit coordinates.
+        const DEEPEST: i32 = 30;
+        let info = self.header.copc_info_vlr()?;
+        let hierarchy = self.header.copc_hierarchy_evlr()?;
+        let most = self.header.evlrs().iter().find(|vlr| vlr.is_copc_hierarchy())?.data.len() / 32;
+        let mut chunks = Vec::new();
+        let mut passed_over = 0;
+        // Pages that refer to one another in a circle would never end: there are no more entries than fit in the record.
+        for entry in hierarchy.iter_entries().take(most) {
+            let entry = entry.ok()?;
+            let (points, bytes) = (u64::try_from(entry.point_count).ok()?, u64::try_from(entry.byte_size).ok()?);
+            if !(0..=DEEPEST).contains(&entry.key.l) || entry.offset.checked_add(bytes)? > self.layout().file_size {
+                return None;
+            }
+            let node = entry.key.bounds(&info);
+            if points == 0 {
+                continue;
+            }
+            if region([node.min.x, node.min.y], [node.max.x, node.max.y]) {
+                chunks.push(Chunk { start: entry.offset, bytes, points });
+            } else {
+                passed_over += points;
+            }
+        }
+        chunks.sort_by_key(|chunk| chunk.start);
+        let listed = passed_over + chunks.iter().map(|c| c.points).sum::<u64>();
+        (listed == self.layout().points).then_some((chunks, passed_over))
+    }
+}
+
+/// Where decoded blocks go.
+struct Output<'a> {
+    block: Block,
+    reading: &'a mut Reading,
+    visit: &'a mut dyn FnMut(&Block),
+}
+
+impl Output<'_> {
+    /// Decodes `points` records of the chunk that the decoder is at, and hands them out.
+    fn fill_from(&mut self, decoder: &mut Decoder, points: u64) -> Result<(), String> {
+        let mut left = points;
+        while left > 0 {
+            let n = left.min(BLOCK);
+            let (done, cause) = decoder.fill(self.block.resize(n as usize));
+            self.hand_out(done);
+            if let Some(cause) = cause {
+                return Err(cause);
+            }
+            left -= n;
+        }
+        Ok(())
+    }
+
+    fn hand_out(&mut self, records: usize) {
+        self.block.truncate(records);
+        if records > 0 {
+            self.reading.read += records as u64;
+            self.reading.absurd += self.block.absurd() as u64;
+            (self.visit)(&self.block);
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! A tile: what its header says.
+
+use super::block::Block;
+use super::header::{self, Layout};
+use crate::error::{Error, InputError, Result};
+use crate::source::crs::Crs;
+use las::{Transform, Vector};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// No coordinate of any CRS of the Earth, in any of its units, is larger.
+const LARGEST: f64 = 1e9;
+/// How far outside the header's extent a point may lie before it is taken for damage, CRS units. Headers that are a
+/// little wrong are common; a coordinate from damaged data is off by hundreds of kilometres.
+const LEEWAY: f64 = 1000.0;
+
+/// An axis-aligned box in CRS units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Smallest coordinates.
+    pub min: [f64; 3],
+    /// Largest coordinates.
+    pub max: [f64; 3],
+}
+
+impl Extent {
+    /// The box of nothing; [`Self::grow`] makes it one.
+    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    /// Takes `point` in.
+    pub fn grow(&mut self, point: [f64; 3]) {
+        for axis in 0..3 {
+            self.min[axis] = self.min[axis].min(point[axis]);
+            self.max[axis] = self.max[axis].max(point[axis]);
+        }
+    }
+
+    /// Takes another box in.
+    pub fn join(&mut self, other: &Self) {
+        self.grow(other.min);
+        self.grow(other.max);
+    }
+
+    /// Whether it is the box of nothing.
+    pub fn is_empty(&self) -> bool {
+        self.min[0] > self.max[0]
+    }
+}
+
+/// A LAS, LAZ or COPC file whose header has been read and checked.
+#[derive(Debug, Clone)]
+pub struct Tile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its header with the variable length records.
+    pub header: las::Header,
+    /// Its CRS, when it carries one.
+    pub crs: Option<Crs>,
+    /// What is wrong with the CRS that it carries, when it cannot be understood.
+    pub crs_fault: Option<String>,
+    /// Extent stated by the header; `None` when the tile is empty or the statement cannot be true.
+    pub extent: Option<Extent>,
+    /// Number of points stated by the header.
+    pub points: u64,
+    /// LAS version, such as `1.4`.
+    pub version: String,
+    /// Point format, 0 to 10.
+    pub point_format: u8,
+    /// Whether it is a cloud-optimised point cloud, whose octree can be queried.
+    pub is_copc: bool,
+    layout: Layout,
+}
+
+impl Tile {
+    /// Opens the tile at `path`: reads and checks the header, no point.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its header cannot be true; the message says what was found where. A CRS that cannot
+    /// be understood is no error: it stands in [`Self::crs_fault`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
+        let meta = file.metadata().map_err(|e| Error::io(path, "open", e))?;
+        if !meta.is_file() {
+            return Err(InputError::new(path, "not a file", "a LAS, LAZ or COPC tile").into());
+        }
+        let layout = header::read(path, &mut BufReader::new(file), meta.len())?;
+        let header = layout.header.clone();
+        let (crs, crs_fault) = match Crs::from_header(&header) {
+            Ok(crs) => (crs, None),
+            Err(fault) => (None, Some(fault)),
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            crs,
+            crs_fault,
+            extent: stated_extent(&header, layout.points),
+            points: layout.points,
+            version: format!("1.{}", layout.version_minor),
+            point_format: layout.point_format,
+            is_copc: header.copc_info_vlr().is_some() && header.copc_hierarchy_evlr().is_some(),
+            header,
+            layout,
+        })
+    }
+
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// An empty block for records of this tile.
+    pub(super) fn block(&self) -> Block {
+        let transforms = *self.header.transforms();
+        let axes = [transforms.x, transforms.y, transforms.z];
+        let plausible = std::array::from_fn(|axis| {
+            let (low, high) = self.extent.map_or((-LARGEST, LARGEST), |extent| {
+                let leeway = LEEWAY.max(extent.max[axis] - extent.min[axis]);
+                (extent.min[axis] - leeway, extent.max[axis] + leeway)
+            });
+            stored_range(axes[axis], low, high)
+        });
+        Block::new(self.layout.record_len, self.header.point_format().is_extended, transforms, plausible)
+    }
+}
+
+/// The stored integers whose coordinates lie between `low` and `high`; a cast from float to integer saturates.
+fn stored_range(transform: Transform, low: f64, high: f64) -> (i32, i32) {
+    let (a, b) = ((low - transform.offset) / transform.scale, (high - transform.offset) / transform.scale);
+    (a.min(b).floor() as i32, a.max(b).ceil() as i32)
+}
+
+fn stated_extent(header: &las::Header, points: u64) -> Option<Extent> {
+    let array = |v: Vector<f64>| [v.x, v.y, v.z];
+    let bounds = header.bounds();
+    let extent = Extent { min: array(bounds.min), max: array(bounds.max) };
+    let is_real = (0..3).all(|axis| {
+        let (low, high) = (extent.min[axis], extent.max[axis]);
+        low.is_finite() && high.is_finite() && low <= high && low.abs() <= LARGEST && high.abs() <= LARGEST
+    });
+    let is_blank = extent.min == [0.0; 3] && extent.max == [0.0; 3];
+    (points > 0 && is_real && !is_blank).then_some(extent)
+}
