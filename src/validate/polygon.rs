@@ -1,0 +1,204 @@
+//! The rings of a face together: codes 201 to 208.
+
+use geo::{Coord, LineString, TriangulateEarcut};
+use nalgebra::Vector3;
+
+use super::predicates::{Meeting, Point2, Position, Projection, edges, locate, meet, newell};
+use super::{Fault, Place, Tolerances};
+use crate::geometry::Plane;
+use crate::solid::{Face, Solid};
+
+/// The faults of a face whose rings are sound by themselves: 201 rings cross or share a piece of an edge, 202 two
+/// rings are the same, 203 a vertex is off the plane, 204 the face is folded, 205 the interior is in pieces, 206 a
+/// hole is outside the exterior, 207 a hole is inside another, 208 a hole turns the same way as the exterior.
+pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Vec<Fault> {
+    let place = Place::Face(id);
+    let mut faults = Vec::new();
+    if let Some(off) = off_plane(solid, face).filter(|off| *off > tolerances.planarity) {
+        faults.push(Fault::new(203, place, format!("a vertex is {off:.4} m off the plane of the face")));
+    }
+    if face.rings.len() > 1 {
+        faults.extend(rings(solid, id, face));
+    }
+    if faults.is_empty()
+        && let Some(angle) = fold(solid, face, tolerances.planarity).filter(|angle| *angle > tolerances.normals)
+    {
+        faults.push(Fault::new(204, place, format!("part of the face turns from its plane by {angle:.1}°")));
+    }
+    faults
+}
+
+/// Largest distance of a vertex to the least-squares plane of all vertices of the face, metres.
+fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
+    let points: Vec<_> = face.rings.iter().flatten().map(|&v| solid.point(v)).collect();
+    if points.len() <= 3 {
+        return Some(0.0);
+    }
+    let (plane, _) = Plane::fit(&points)?;
+    Some(points.iter().map(|p| plane.distance(p).abs()).fold(0.0, f64::max))
+}
+
+/// 201, 202, 205, 206, 207 and 208.
+fn rings(solid: &Solid, id: u32, face: &Face) -> Vec<Fault> {
+    let Some(projection) = Projection::along(newell(solid, &face.rings[0])) else { return Vec::new() };
+    let rings: Vec<Vec<Point2>> = face.rings.iter().map(|ring| projection.ring(solid, ring)).collect();
+    let mut faults = Vec::new();
+    let mut touches: Vec<(Point2, usize)> = Vec::new();
+    for i in 0..rings.len() {
+        for j in i + 1..rings.len() {
+            let place = Place::Ring(id, j as u32);
+            if same(&rings[i], &rings[j]) {
+                faults.push(Fault::new(202, place, format!("the ring is the same as ring {i}")));
+                continue;
+            }
+            let mut crosses = false;
+            for (a, b) in edges(&rings[i]) {
+                for (c, d) in edges(&rings[j]) {
+                    match meet([a, b], [c, d]) {
+                        Meeting::Apart => {}
+                        Meeting::Touch(point) => touches.extend([(point, i), (point, j)]),
+                        Meeting::Cross | Meeting::Overlap => crosses = true,
+                    }
+                }
+            }
+            let of_j = relation(&rings[i], &rings[j]);
+            if crosses || of_j == Relation::Across {
+                faults.push(Fault::new(201, place, format!("the ring crosses or overlaps ring {i}")));
+            } else if i == 0 && of_j != Relation::Within {
+                faults.push(Fault::new(206, place, "the hole is outside the exterior ring"));
+            } else if i > 0 && (of_j == Relation::Within || relation(&rings[j], &rings[i]) == Relation::Within) {
+                faults.push(Fault::new(207, place, format!("the hole and hole {i} are one inside the other")));
+            }
+        }
+    }
+    for (r, ring) in rings.iter().enumerate() {
+        // In its own projection the exterior is counter-clockwise.
+        if (twice_area(ring) > 0) != (r == 0) {
+            faults.push(Fault::new(208, Place::Ring(id, r as u32), "the hole turns the same way as the exterior"));
+        }
+    }
+    if faults.is_empty() && splits(&mut touches, rings.len()) {
+        faults.push(Fault::new(205, Place::Face(id), "holes cut the interior of the face in pieces"));
+    }
+    faults
+}
+
+fn same(a: &[Point2], b: &[Point2]) -> bool {
+    let sorted = |ring: &[Point2]| {
+        let mut ring = ring.to_vec();
+        ring.sort_unstable();
+        ring
+    };
+    a.len() == b.len() && sorted(a) == sorted(b)
+}
+
+fn twice_area(ring: &[Point2]) -> i128 {
+    edges(ring).map(|(a, b)| i128::from(a[0]) * i128::from(b[1]) - i128::from(a[1]) * i128::from(b[0])).sum()
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Relation {
+    Within,
+    Apart,
+    Across,
+}
+
+/// Where the vertices of `inner` are with respect to `outer`: those on its border say nothing. The rings do not cross,
+/// so a ring with all its vertices on the border is judged by the middle of its edges.
+fn relation(outer: &[Point2], inner: &[Point2]) -> Relation {
+    let doubled: Vec<Point2> = outer.iter().map(|p| p.map(|c| 2 * c)).collect();
+    let (mut within, mut apart) = (false, false);
+    for (a, b) in edges(inner) {
+        for probe in [a.map(|c| 2 * c), [a[0] + b[0], a[1] + b[1]]] {
+            match locate(&doubled, probe) {
+                Position::Inside => within = true,
+                Position::Outside => apart = true,
+                Position::Border => {}
+            }
+        }
+    }
+    match (within, apart) {
+        (true, true) => Relation::Across,
+        (true, false) => Relation::Within,
+        _ => Relation::Apart,
+    }
+}
+
+/// Whether rings that touch at points enclose a piece of the interior: whether the graph of rings and the points where
+/// they touch has a cycle.
+fn splits(touches: &mut Vec<(Point2, usize)>, rings: usize) -> bool {
+    touches.sort_unstable();
+    touches.dedup();
+    let mut set: Vec<usize> = (0..rings).collect();
+    let root = |set: &[usize], mut i: usize| {
+        while set[i] != i {
+            i = set[i];
+        }
+        i
+    };
+    for at_point in touches.chunk_by(|a, b| a.0 == b.0) {
+        let first = root(&set, at_point[0].1);
+        for &(_, ring) in &at_point[1..] {
+            let other = root(&set, ring);
+            if other == root(&set, first) {
+                return true;
+            }
+            let first = root(&set, first);
+            set[other] = first;
+        }
+    }
+    false
+}
+
+/// Largest angle between a triangle of the face and its normal, degrees. A triangle no higher than the planarity
+/// tolerance is left out: its normal is the rounding of its vertices.
+fn fold(solid: &Solid, face: &Face, planarity: f64) -> Option<f64> {
+    let normal: Vector3<f64> = face.rings.iter().map(|ring| solid.newell(ring)).sum();
+    let normal = normal.try_normalize(0.0)?;
+    let mut largest = None;
+    for triangle in triangulate(solid, face) {
+        let [a, b, c] = triangle.map(|v| solid.point(v));
+        let turned = (b - a).cross(&(c - a));
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        if turned.norm() > longest * planarity {
+            let angle = turned.angle(&normal).to_degrees();
+            largest = Some(angle.max(largest.unwrap_or(0.0)));
+        }
+    }
+    largest
+}
+
+/// Triangles of a sound face, oriented like it, as vertex indices of the solid.
+pub(super) fn triangulate(solid: &Solid, face: &Face) -> Vec<[u32; 3]> {
+    let corners: Vec<u32> = face.rings.iter().flatten().copied().collect();
+    if let [a, b, c] = corners[..] {
+        return vec![[a, b, c]];
+    }
+    let Some(projection) = face.rings.first().and_then(|r| Projection::along(newell(solid, r))) else {
+        return Vec::new();
+    };
+    let line = |ring: &Vec<u32>| {
+        let points = projection.ring(solid, ring);
+        points.into_iter().map(|p| Coord { x: p[0] as f64, y: p[1] as f64 }).collect::<LineString<f64>>()
+    };
+    let mut lines = face.rings.iter().map(line);
+    let Some(exterior) = lines.next() else { return Vec::new() };
+    let polygon = geo::Polygon::new(exterior, lines.collect());
+    // The rings come back closed: the repeated vertex stands for the first of its ring.
+    let closed: Vec<u32> = face.rings.iter().flat_map(|ring| ring.iter().chain(ring.first()).copied()).collect();
+    let raw = polygon.earcut_triangles_raw();
+    let corners = if raw.vertices.len() / 2 == closed.len() { closed } else { corners };
+    raw.triangle_indices
+        .chunks_exact(3)
+        .filter_map(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| corners.get(i).copied());
+            let [a, b, c] = [a?, b?, c?];
+            let [p, q, r] = [a, b, c].map(|v| projection.point(solid.vertices[v as usize]));
+            match super::predicates::orient2(p, q, r) {
+                1 => Some([a, b, c]),
+                -1 => Some([a, c, b]),
+                _ => None,
+            }
+        })
+        .collect()
+}

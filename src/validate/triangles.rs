@@ -1,0 +1,95 @@
+//! Exact intersection of two triangles of a shell.
+
+use super::predicates::{Meeting, Point3, Projection, cross, meet, orient2, orient3, subtract};
+use crate::solid::Solid;
+
+/// A triangle of a face.
+#[derive(Debug, Clone)]
+pub(super) struct Triangle {
+    pub(super) face: u32,
+    corners: [Point3; 3],
+    /// Smallest and largest coordinates.
+    pub(super) min: Point3,
+    pub(super) max: Point3,
+}
+
+impl Triangle {
+    pub(super) fn new(solid: &Solid, face: u32, corners: [u32; 3]) -> Self {
+        let corners = corners.map(|v| solid.vertices[v as usize]);
+        let fold = |pick: fn(i64, i64) -> i64| -> Point3 {
+            std::array::from_fn(|axis| corners.iter().map(|c| c[axis]).fold(corners[0][axis], pick))
+        };
+        Self { face, corners, min: fold(i64::min), max: fold(i64::max) }
+    }
+
+    /// Whether the bounding boxes have a point in common.
+    pub(super) fn boxes_meet(&self, other: &Self) -> bool {
+        (0..3).all(|axis| self.min[axis] <= other.max[axis] && other.min[axis] <= self.max[axis])
+    }
+
+    /// The side opposite to a corner.
+    fn opposite(&self, corner: Point3) -> Option<[Point3; 2]> {
+        let at = self.corners.iter().position(|&c| c == corner)?;
+        Some([self.corners[(at + 1) % 3], self.corners[(at + 2) % 3]])
+    }
+
+    fn sides(&self) -> [[Point3; 2]; 3] {
+        let [a, b, c] = self.corners;
+        [[a, b], [b, c], [c, a]]
+    }
+
+    /// Whether all of `other` is strictly on one side of this triangle's plane.
+    fn separates(&self, other: &Self) -> bool {
+        let [a, b, c] = self.corners;
+        let sides = other.corners.map(|p| orient3(a, b, c, p));
+        sides == [1; 3] || sides == [-1; 3]
+    }
+}
+
+/// Whether two triangles have points in common other than corners or the side that they share.
+pub(super) fn intersect(a: &Triangle, b: &Triangle) -> bool {
+    if a.separates(b) || b.separates(a) {
+        return false;
+    }
+    let shared: Vec<Point3> = a.corners.into_iter().filter(|c| b.corners.contains(c)).collect();
+    match shared[..] {
+        [] => a.sides().iter().any(|&s| meets(s, b)) || b.sides().iter().any(|&s| meets(s, a)),
+        // What they share beyond the corner begins there and ends on a side opposite to it.
+        [corner] => {
+            a.opposite(corner).is_some_and(|s| meets(s, b)) || b.opposite(corner).is_some_and(|s| meets(s, a))
+        }
+        [p, q] => folded(a, b, [p, q]),
+        _ => true,
+    }
+}
+
+/// Whether two triangles with a common side lie on each other: in one plane, on the same side of it.
+fn folded(a: &Triangle, b: &Triangle, [p, q]: [Point3; 2]) -> bool {
+    let third = |t: &Triangle| t.corners.into_iter().find(|&c| c != p && c != q);
+    let (Some(r), Some(s)) = (third(a), third(b)) else { return true };
+    let normal = cross(subtract(q, p), subtract(r, p));
+    if orient3(p, q, r, s) != 0 {
+        return false;
+    }
+    let Some(flat) = Projection::along(normal) else { return true };
+    let [p, q, r, s] = [p, q, r, s].map(|v| flat.point(v));
+    orient2(p, q, r) == orient2(p, q, s)
+}
+
+/// Whether a closed segment and a closed triangle meet.
+fn meets([p, q]: [Point3; 2], triangle: &Triangle) -> bool {
+    let [a, b, c] = triangle.corners;
+    let (of_p, of_q) = (orient3(a, b, c, p), orient3(a, b, c, q));
+    if of_p * of_q > 0 {
+        return false;
+    }
+    if of_p == 0 && of_q == 0 {
+        let Some(flat) = Projection::along(cross(subtract(b, a), subtract(c, a))) else { return true };
+        let [p, q, a, b, c] = [p, q, a, b, c].map(|v| flat.point(v));
+        let inside = orient2(a, b, p) >= 0 && orient2(b, c, p) >= 0 && orient2(c, a, p) >= 0;
+        return inside || [[a, b], [b, c], [c, a]].into_iter().any(|side| meet([p, q], side) != Meeting::Apart);
+    }
+    // The line through the segment passes all sides on the same hand where it passes through the triangle.
+    let hands = [orient3(p, q, a, b), orient3(p, q, b, c), orient3(p, q, c, a)];
+    hands.iter().all(|&h| h >= 0) || hands.iter().all(|&h| h <= 0)
+}
