@@ -1,8 +1,104 @@
-//! The command line.
+//! The command line: one file per subcommand.
+//!
+//! | exit code | meaning |
+//! |---|---|
+//! | 0 | done; every footprint that holds points has a model |
+//! | 1 | nothing could be done, or bad usage |
+//! | 2 | finished, but some buildings lack a model |
+
+mod flags;
+mod info;
+mod interrupt;
+mod output;
+mod progress;
+mod reconstruct;
+mod summary;
 
 use std::process::ExitCode;
 
-/// Runs the command line and returns its exit code.
+use clap::{Parser, Subcommand};
+
+/// What a successful command leaves as its exit code, and an unsuccessful one as its error.
+type Outcome = crate::error::Result<u8>;
+
+/// The exit code when nothing could be done, or of bad usage.
+const FAILURE: u8 = 1;
+
+const EXAMPLES: &str = "\
+Examples:
+  What is in these files?
+    gable info tiles/ footprints.gpkg
+  A city model of the buildings in these footprints:
+    gable reconstruct tiles/*.laz --footprints footprints.gpkg -o city.city.json
+
+Exit codes:
+  0  done; every footprint that holds points has a model
+  1  nothing could be done, or bad usage
+  2  finished, but some buildings lack a model: the summary and the report say which and why";
+
+#[derive(Debug, Parser)]
+#[command(
+    name = "gable",
+    version,
+    about = "Airborne laser tiles and building footprints in, valid LoD 2 city models out",
+    after_help = EXAMPLES,
+    disable_help_subcommand = true,
+    arg_required_else_help = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Reconstruct the buildings of footprints from airborne points
+    Reconstruct(Box<reconstruct::Args>),
+    /// Say what is in tiles and footprint files
+    Info(info::Args),
+}
+
+/// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(message) => {
+            // Nobody is left to tell if the terminal is gone.
+            let _ = message.print();
+            // clap's own code for bad usage is 2, which means something else here.
+            return ExitCode::from(if message.use_stderr() { FAILURE } else { 0 });
+        }
+    };
+    let outcome = match cli.command {
+        Command::Reconstruct(args) => reconstruct::main(*args),
+        Command::Info(args) => info::main(&args),
+    };
+    match outcome {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            output::say(&format!("error: {error}"));
+            ExitCode::from(FAILURE)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_sound() {
+        super::Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_help() {
+        for command in super::Cli::command().get_subcommands() {
+            assert!(command.get_about().is_some(), "{}", command.get_name());
+            assert!(command.get_after_help().is_some(), "{} has no examples", command.get_name());
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{} {}", command.get_name(), argument.get_id());
+            }
+        }
+    }
 }

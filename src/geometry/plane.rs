@@ -52,6 +52,12 @@ impl Plane {
         self.normal.dot(&point.coords) + self.offset
     }
 
+    /// The same point set seen from the other side.
+    #[must_use]
+    pub fn flipped(&self) -> Self {
+        Self { normal: -self.normal, offset: -self.offset }
+    }
+
     /// Height of the plane above `(x, y)`; `None` when it is vertical within 1e-6.
     pub fn height_at(&self, x: f64, y: f64) -> Option<f64> {
         let n = &self.normal;

@@ -1,4 +1,4 @@
-//! The method: one [`Site`](crate::site::Site) in, one [`Reconstruction`] out.
+//! The method: one [`Site`] in, one [`Building`] out.
 //!
 //! The modules stand in the order of the paper: [`primitives`] → [`complex`] → [`occupancy`] → [`labelling`] →
 //! [`surface`]. Nothing here does I/O, starts a thread or reads a clock; random numbers are drawn from a seed derived
@@ -6,10 +6,189 @@
 
 pub mod blocks;
 pub mod complex;
+mod hypotheses;
 pub mod labelling;
+mod measures;
 pub mod occupancy;
 mod parameters;
 pub mod primitives;
+mod semantics;
 pub mod surface;
 
-pub use parameters::Parameters;
+pub use parameters::{Parameters, Partition};
+
+use crate::building::{Building, Measures, Outcome, Reason};
+use crate::site::Site;
+use crate::solid::{Model, Part, Solid};
+use crate::validate;
+use complex::{Complex, OUTSIDE};
+use hypotheses::Hypotheses;
+use labelling::Evidence;
+use occupancy::{HeightField, Occupancy};
+use surface::Labelled;
+
+/// Reconstructs one building. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
+/// and the reason.
+pub fn reconstruct(site: &Site, parameters: &Parameters) -> Building {
+    let (footprint, mut notes) = blocks::footprint(site);
+    let mut measures = Measures {
+        ground: Some(site.ground),
+        coverage: Some(site.coverage),
+        points: site.points.len(),
+        ..Measures::default()
+    };
+    if !site.coverage.is_complete() {
+        notes.push(format!("the tiles cover only {:.1} % of the footprint", 100.0 * site.coverage.share));
+    }
+    let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts: Vec::new() };
+    let outcome = match lod22(site, parameters, &mut measures) {
+        Ok(solids) => {
+            model.parts = solids.into_iter().map(|solid| Part { lod22: Some(solid), lod12: None }).collect();
+            Outcome::Lod22
+        }
+        Err(Failure { reason, detail }) => Outcome::Lod12 { reason, detail },
+    };
+    add_blocks(site, &mut model, &measures);
+    measures.volume_lod12 = volume(model.lod12());
+    measures.rmse_lod12 = measures::rmse(model.lod12(), &site.points);
+    measures.volume_lod22 = volume(model.lod22());
+    measures.rmse_lod22 = measures::rmse(model.lod22(), &site.points);
+    let outcome = match outcome {
+        Outcome::Lod12 { reason, detail } if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
+        outcome => outcome,
+    };
+    Building {
+        id: site.id.clone(),
+        frame: site.frame,
+        attributes: site.attributes.clone(),
+        model,
+        outcome,
+        measures,
+        notes,
+    }
+}
+
+/// Why there is no LoD 2.2 model.
+struct Failure {
+    reason: Reason,
+    detail: String,
+}
+
+impl Failure {
+    fn new(reason: Reason, detail: impl Into<String>) -> Self {
+        Self { reason, detail: detail.into() }
+    }
+}
+
+/// The road of the paper, once.
+fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Result<Vec<Solid>, Failure> {
+    if site.points.is_empty() {
+        return Err(Failure::new(Reason::NoPoints, "no building point lies in the footprint"));
+    }
+    let hypotheses = Hypotheses::new(site, parameters)?;
+    measures.primitives = hypotheses.detected;
+    measures.roof_heights = measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
+    measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
+    measures.point_density = site
+        .footprint
+        .as_ref()
+        .map(geo::Area::unsigned_area)
+        .filter(|area| *area > 0.0)
+        .map(|area| site.points.len() as f64 / area);
+
+    let complex = match parameters.partition {
+        Partition::Adaptive => Complex::adaptive(&hypotheses.primitives, &hypotheses.bounds),
+        Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),
+    }
+    .map_err(|error| Failure::new(Reason::Internal, error.to_string()))?;
+    measures.cells = complex.cells.len();
+
+    let field = HeightField::new(&hypotheses.map, &hypotheses.primitives);
+    let occupancy = field.occupancy(&complex);
+    let cells = 0..complex.cells.len() as u32;
+    let facets = 0..complex.facets.len() as u32;
+    let volumes: Vec<f64> = cells.clone().map(|cell| complex.cell_volume(cell)).collect();
+    let areas: Vec<f64> = facets.map(|facet| complex.facet_area(facet)).collect();
+    let fixed: Vec<Option<bool>> =
+        cells.map(|cell| (!hypotheses.covers(&complex.cell_centroid(cell).xy())).then_some(false)).collect();
+    let support = facet_support(&complex, &hypotheses, &fixed);
+    let evidence =
+        Evidence { occupancy: &occupancy, volumes: &volumes, areas: &areas, support: &support, fixed: &fixed };
+    let inside = labelling::label(&complex, &evidence, &parameters.labelling);
+    if !inside.contains(&true) {
+        return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
+    }
+
+    let labelled =
+        Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &fixed };
+    let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
+        .map_err(|error| Failure::new(Reason::InvalidSolid, error.to_string()))?;
+    let mut solids = Vec::with_capacity(extraction.shells.len());
+    for mut shell in extraction.shells {
+        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref());
+        let faults = validate::check(&shell.solid, &validate::Tolerances::default());
+        if let Some(first) = faults.first() {
+            measures.faults_lod22.extend(faults.iter().map(|fault| fault.code));
+            measures.faults_lod22.sort_unstable();
+            measures.faults_lod22.dedup();
+            return Err(Failure::new(Reason::InvalidSolid, first.to_string()));
+        }
+        solids.push(shell.solid);
+    }
+    if solids.is_empty() {
+        return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
+    }
+    measures.roof_type = measures::roof_type(&solids);
+    measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
+    measures.ridge_height = measures::ridge_height(&solids);
+    Ok(solids)
+}
+
+/// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
+/// plane, and walls on the footprint's outline.
+fn facet_support(complex: &Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
+    let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
+    (0u32..)
+        .zip(&complex.facets)
+        .map(|(id, facet)| {
+            let [below, above] = facet.cells.map(covered);
+            if below != above {
+                return 1.0;
+            }
+            let corners = complex.facet_positions(id);
+            let count = corners.len().max(1) as f64;
+            let centre = corners.fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords) / count;
+            let seen = hypotheses.map.pixel_at(&centre.xy().into()).map(|[c, r]| hypotheses.map.label(c, r));
+            let plane = seen.and_then(|label| complex.primitive_planes.get(label as usize)).map(|p| p.plane);
+            if plane == Some(facet.plane) { 1.0 } else { 0.0 }
+        })
+        .collect()
+}
+
+/// Adds the LoD 1.2 block of every footprint polygon, up to the 70th percentile of the roof heights.
+fn add_blocks(site: &Site, model: &mut Model, measures: &Measures) {
+    let Some(heights) = measures.roof_heights else { return };
+    let top = grid_height(site, heights.p70);
+    let blocks: Vec<Solid> = model
+        .footprint
+        .iter()
+        .filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()))
+        .collect();
+    for (i, block) in blocks.into_iter().enumerate() {
+        match model.parts.get_mut(i) {
+            Some(part) => part.lod12 = Some(block),
+            None => model.parts.push(Part { lod12: Some(block), lod22: None }),
+        }
+    }
+}
+
+fn grid_height(site: &Site, height: f64) -> i64 {
+    (height / site.frame.step()[2]).round() as i64
+}
+
+fn volume<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<f64> {
+    solids.map(Solid::volume).reduce(|a, b| a + b)
+}
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,11 @@
 //!
 //! A [`Sink`] takes [`Building`]s one by one, in the order in which they shall stand, and shows a file only when it is
 //! whole. The bytes depend on the buildings and the [`Metadata`] alone: no time, no host, no thread.
+//!
+//! In CityJSON a building is a `Building` with the footprint (LoD 0), the attributes of the source and those of
+//! [`ATTRIBUTES`], and its parts are `BuildingPart`s `<id>-0`, `<id>-1`, … with a Solid at LoD 1.2, at LoD 2.2 or both.
+//! Semantic surfaces carry `slope` and `azimuth` (degrees; clockwise from north), `height_min` and `height_max`
+//! (vertical unit of the CRS) on a `RoofSurface`, and `on_footprint_edge` on a `WallSurface`.
 
 mod attributes;
 mod cityjson;

@@ -177,7 +177,7 @@ fn cityjson_is_valid() {
     assert_eq!(faults(&CJValidator::from_str(&text)), Vec::<String>::new());
     let root: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(root["metadata"]["referenceSystem"], "https://www.opengis.net/def/crs/EPSG/0/7415");
-    assert_eq!(root["metadata"]["geographicalExtent"], json!([84960.0, 447490.0, -1.0, 84990.0, 447520.0, 9.0]));
+    assert_eq!(root["metadata"]["geographicalExtent"], json!([84_960.0, 447_490.0, -1.0, 84_990.0, 447_520.0, 9.0]));
     assert_eq!(
         root["metadata"]["gable_point_clouds"],
         json!([{"name": "a.laz", "date": "2014-03-01"}, {"name": "b.laz"}])

@@ -1,6 +1,8 @@
 //! What comes in: points, footprints, coordinate reference systems.
 
 pub mod cityjson;
+pub mod classes;
 pub mod crs;
 pub mod footprints;
+pub mod groups;
 pub mod points;

@@ -1,6 +1,10 @@
 //! Occupancy (paper, section 3.3): how much each cell is inside.
 
+mod height_field;
+
 use super::complex::Complex;
+
+pub use height_field::HeightField;
 
 /// An implicit field that says how much each cell of a complex is inside the building.
 pub trait Occupancy {

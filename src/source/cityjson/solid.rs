@@ -9,6 +9,9 @@ use super::{CityModel, Geometry, SemanticSurface};
 use crate::site::Frame;
 use crate::solid::{Face, Solid, Surface, SurfaceType};
 
+/// How far from the origin of its grid a vertex may lie, in steps: 1 000 km, where no building is.
+const FAR: i64 = 10_000_000_000;
+
 /// Below this share of its length, the vertical part of a normal belongs to a wall (about 6° from the vertical).
 const WALL: f64 = 0.1;
 
@@ -28,11 +31,15 @@ impl CityModel {
         let mut solid = Solid { step: frame.step(), vertices: Vec::new(), faces: Vec::new(), surfaces: Vec::new() };
         let mut indices: BTreeMap<[i64; 3], u32> = BTreeMap::new();
         let mut labels: BTreeMap<Label, u32> = BTreeMap::new();
+        let on_grid = |&vertex: &u32| {
+            let crs = self.vertices.get(vertex as usize).copied().unwrap_or_default();
+            frame.to_grid(&frame.to_local(crs))
+        };
+        let all = shell.faces.iter().flat_map(|face| &face.rings).flatten();
+        if all.flat_map(on_grid).any(|c| c.unsigned_abs() > FAR.unsigned_abs()) {
+            return Err(format!("a vertex lies beyond {FAR} grid steps from the origin of the grid"));
+        }
         for face in &shell.faces {
-            let on_grid = |&vertex: &u32| {
-                let crs = self.vertices.get(vertex as usize).copied().unwrap_or_default();
-                frame.to_grid(&frame.to_local(crs))
-            };
             let mut rings = face.rings.iter().map(|ring| corners(ring.iter().map(on_grid).collect()));
             // Without its exterior a face is nothing; a hole that collapsed is no loss.
             let Some(Some(exterior)) = rings.next() else { continue };

@@ -166,6 +166,34 @@ fn faults_name_their_place() {
 }
 
 #[test]
+fn a_vertex_at_the_end_of_the_world_is_refused() {
+    let file = file(&TETRAHEDRON.replace("11.5", "1e300"));
+    let model = read(file.path()).unwrap();
+    let frame = Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] };
+    assert!(model.solid(&model.objects[0].geometries[0], &frame).is_err());
+}
+
+proptest::proptest! {
+    /// Damaged files are refused or read, but nothing panics.
+    #[test]
+    fn damage_does_no_harm(at in 0..600usize, byte in 0..=127u8, end in 0..700usize) {
+        let mut bytes = TETRAHEDRON.as_bytes().to_vec();
+        if let Some(b) = bytes.get_mut(at) {
+            *b = byte;
+        }
+        bytes.truncate(end.max(400));
+        let file = file("");
+        std::fs::write(file.path(), &bytes).unwrap();
+        if let Ok(model) = read(file.path()) {
+            let frame = Frame { origin: [10.0, 20.0, 0.0], metres_per_unit: [1.0; 3] };
+            for geometry in model.objects.iter().flat_map(|object| &object.geometries) {
+                let _ = model.solid(geometry, &frame);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_crs_has_many_names() {
     let code = |name: &str| CityModel { reference_system: Some(name.into()), ..CityModel::default() }.crs_code();
     for name in ["urn:ogc:def:crs:EPSG::7415", "https://www.opengis.net/def/crs/EPSG/0/7415", "epsg:7415"] {

@@ -64,8 +64,7 @@ struct Keys(BTreeMap<u16, Value>);
 impl Keys {
     /// Reads the directory; entries that point outside their record are left out.
     fn read(directory: &[u8], doubles: &[u8], ascii: &[u8]) -> Self {
-        let shorts: Vec<u16> =
-            directory.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect();
+        let shorts: Vec<u16> = directory.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect();
         let doubles: Vec<f64> = doubles.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
         let count = shorts.get(3).copied().unwrap_or(0);
         let entries = shorts.get(4..).unwrap_or_default().as_chunks::<4>().0;
@@ -191,8 +190,7 @@ fn user_defined(context: &Rc<Context>, keys: &Keys) -> Result<String, String> {
         _ => ("unit".to_string(), keys.number(&[key::LINEAR_UNIT_SIZE]).unwrap_or(1.0)),
     };
     let (method, parameters) = projection(keys, metres)?;
-    let parameters: String =
-        parameters.iter().map(|(name, value)| format!("PARAMETER[\"{name}\",{value}],")).collect();
+    let parameters: String = parameters.iter().map(|(name, value)| format!("PARAMETER[\"{name}\",{value}],")).collect();
     Ok(format!("PROJCS[\"user-defined\",{base},PROJECTION[\"{method}\"],{parameters}UNIT[\"{unit}\",{metres}]]"))
 }
 
@@ -220,8 +218,10 @@ fn geographic_wkt(context: &Rc<Context>, keys: &Keys) -> Result<String, String> 
 /// Method of projection and its parameters under their names in WKT 1.
 fn projection(keys: &Keys, metres: f64) -> Result<(&'static str, Vec<(&'static str, f64)>), String> {
     if let Some(code) = keys.short(key::PROJECTION).filter(|code| *code != USER_DEFINED) {
-        let Some((zone, northing)) =
-            UTM.iter().find(|(zones, _)| zones.contains(&code)).map(|(zones, northing)| (code - zones.start() + 1, northing))
+        let Some((zone, northing)) = UTM
+            .iter()
+            .find(|(zones, _)| zones.contains(&code))
+            .map(|(zones, northing)| (code - zones.start() + 1, northing))
         else {
             return Err(format!("projection code {code} is not supported"));
         };
@@ -239,9 +239,8 @@ fn projection(keys: &Keys, metres: f64) -> Result<(&'static str, Vec<(&'static s
     let longitude = keys
         .number(&[key::NATURAL_ORIGIN_LONGITUDE, key::FALSE_ORIGIN_LONGITUDE, key::CENTRE_LONGITUDE])
         .unwrap_or(0.0);
-    let latitude = keys
-        .number(&[key::NATURAL_ORIGIN_LATITUDE, key::FALSE_ORIGIN_LATITUDE, key::CENTRE_LATITUDE])
-        .unwrap_or(0.0);
+    let latitude =
+        keys.number(&[key::NATURAL_ORIGIN_LATITUDE, key::FALSE_ORIGIN_LATITUDE, key::CENTRE_LATITUDE]).unwrap_or(0.0);
     let parallels = [
         ("standard_parallel_1", keys.number(&[key::STANDARD_PARALLEL_1]).unwrap_or(latitude)),
         ("standard_parallel_2", keys.number(&[key::STANDARD_PARALLEL_2]).unwrap_or(latitude)),

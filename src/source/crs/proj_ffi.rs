@@ -167,13 +167,8 @@ impl Object {
         let (mut warnings, mut errors): (PROJ_STRING_LIST, PROJ_STRING_LIST) = (ptr::null_mut(), ptr::null_mut());
         // SAFETY: a live context, a terminated string, no options, two places for lists that are freed below.
         let (raw, errors) = unsafe {
-            let raw = proj_create_from_wkt(
-                context.raw,
-                c_text.as_ptr(),
-                ptr::null(),
-                &raw mut warnings,
-                &raw mut errors,
-            );
+            let raw =
+                proj_create_from_wkt(context.raw, c_text.as_ptr(), ptr::null(), &raw mut warnings, &raw mut errors);
             proj_string_list_destroy(warnings);
             let list = strings(errors);
             proj_string_list_destroy(errors);
@@ -288,8 +283,7 @@ impl Object {
         // SAFETY: live context and object; no authority means all; the list of confidences has one number per entry
         // of the list of objects and is freed after it was copied.
         unsafe {
-            let list =
-                proj_identify(self.context.raw, self.raw, ptr::null(), ptr::null(), &raw mut confidence);
+            let list = proj_identify(self.context.raw, self.raw, ptr::null(), ptr::null(), &raw mut confidence);
             let objects = self.take_list(list);
             let found = objects
                 .into_iter()

@@ -139,5 +139,7 @@ fn inaccuracy(from: &Crs, to: &Crs, accuracy: Option<f64>, is_ballpark: bool, be
             (!missing.is_empty()).then(|| format!(" for want of the grid {} (then {better} m)", missing.join(", ")))
         })
         .unwrap_or_default();
-    format!("the horizontal transformation from {from} to {to} {error}{remedy}; give footprints in the CRS of the points where this matters")
+    format!(
+        "the horizontal transformation from {from} to {to} {error}{remedy}; give footprints in the CRS of the points where this matters"
+    )
 }

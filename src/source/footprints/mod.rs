@@ -1,6 +1,34 @@
-//! Footprints.
-use geo::MultiPolygon;
+//! Footprints: polygons with attributes, from GeoJSON, GeoPackage, SpatiaLite, Shapefile and FlatGeobuf.
+//!
+//! Every format has one file with one function of the same signature, which hands over feature after feature as it
+//! stands. What follows is the same for all: the filter, the repair of rings, the choice of ids. No feature is ever
+//! dropped in silence: what the filter lets through ends up either in [`FootprintLayer::footprints`] or, with the
+//! reason, in [`FootprintLayer::rejected`].
+
+mod dbf;
+mod filter;
+mod flatgeobuf;
+mod format;
+mod geojson;
+mod ids;
+mod outline;
+mod shapefile;
+mod sqlite;
+mod wkb;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use geo::{BoundingRect, MapCoordsInPlace, MultiPolygon, Rect};
 use serde_json::{Map, Value};
+
+use super::crs::{Crs, Transformer};
+use crate::error::{InputError, Result};
+use filter::Filter;
+use outline::Outline;
+
 /// One footprint with usable geometry.
 #[derive(Debug, Clone)]
 pub struct Footprint {
@@ -12,4 +40,214 @@ pub struct Footprint {
     pub attributes: Map<String, Value>,
     /// What was repaired or made up, one sentence each.
     pub notes: Vec<String>,
+}
+
+/// A feature that has no usable geometry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rejected {
+    /// Its number in the file, from 0.
+    pub index: usize,
+    /// Its id, unique within the layer as that of a footprint.
+    pub id: String,
+    /// All attributes.
+    pub attributes: Map<String, Value>,
+    /// Why it cannot be used.
+    pub reason: String,
+}
+
+/// What to read of a file.
+#[derive(Debug, Clone, Default)]
+pub struct FootprintOptions {
+    /// The layer of a file with several; `None` takes the only one, or the only one with polygons.
+    pub layer: Option<String>,
+    /// Which features: comparisons (`= != <> < <= > >=`), `LIKE`, `ILIKE`, `IN`, `IS [NOT] NULL`, joined by `AND`, `OR`,
+    /// `NOT` and parentheses; `'text'`, `"attribute"`. Where SQL says *unknown*, a feature is left out.
+    pub filter: Option<String>,
+    /// The attribute that holds the id; `None` guesses.
+    pub id_attribute: Option<String>,
+    /// The CRS of the coordinates, whatever the file says.
+    pub crs: Option<Crs>,
+}
+
+/// What is in a footprint file.
+#[derive(Debug, Clone)]
+pub struct FootprintLayer {
+    /// The file.
+    pub path: PathBuf,
+    /// The layer's name; that of the file where the format has no layers.
+    pub layer: String,
+    /// The CRS of the coordinates; `None` when the file does not tell, which means that of the points.
+    pub crs: Option<Crs>,
+    /// Features with usable geometry, in the order of the file.
+    pub footprints: Vec<Footprint>,
+    /// Features without, in the order of the file.
+    pub rejected: Vec<Rejected>,
+    /// The attribute that the ids come from; `None` when they were made up.
+    pub id_attribute: Option<String>,
+    /// What concerns the file as a whole, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// What a format tells of a file besides its features.
+#[derive(Debug, Default)]
+struct LayerInfo {
+    layer: String,
+    crs: Option<Crs>,
+    /// The attributes, in order, as far as the format has a schema.
+    columns: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// A feature as it stands in the file.
+struct RawFeature {
+    attributes: Map<String, Value>,
+    /// Rings, or why there are none.
+    outline: Result<Outline, String>,
+}
+
+/// Takes features one by one, in the order of the file.
+type Sink<'a> = &'a mut dyn FnMut(RawFeature);
+/// What each format has: reads a file, hands over its features.
+type Reader = fn(&Path, &FootprintOptions, Sink<'_>) -> Result<LayerInfo>;
+
+/// Reads a footprint file of any supported format, told by its content first and its name second.
+///
+/// # Errors
+/// When the file cannot be read or is no footprint file, when the layer or an attribute named in the options is not
+/// there, when the filter is wrong, or when the file's CRS cannot be understood and none is given. A feature that is
+/// wrong is never an error; see [`FootprintLayer::rejected`].
+pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
+    let (path, reader) = format::of(path)?;
+    let filter = options.filter.as_deref().map(|text| Filter::parse(text, &path)).transpose()?;
+    let mut columns = Columns::default();
+    let mut index = 0;
+    let mut kept: Vec<(usize, RawFeature)> = Vec::new();
+    let info = reader(&path, options, &mut |feature| {
+        columns.extend(feature.attributes.keys());
+        if filter.as_ref().is_none_or(|filter| filter.matches(&feature.attributes)) {
+            kept.push((index, feature));
+        }
+        index += 1;
+    })?;
+    columns.extend(&info.columns);
+    if let Some(filter) = &filter {
+        filter.check(&columns.names, &path)?;
+    }
+    let ids = ids::assign(kept.iter().map(|(_, f)| &f.attributes), &columns.names, options, &path)?;
+    let mut layer = FootprintLayer {
+        path,
+        layer: info.layer,
+        crs: options.crs.clone().or(info.crs),
+        footprints: Vec::new(),
+        rejected: Vec::new(),
+        id_attribute: ids.attribute,
+        warnings: info.warnings,
+    };
+    layer.warnings.extend(ids.warnings);
+    for ((index, RawFeature { attributes, outline }), assigned) in kept.into_iter().zip(ids.ids) {
+        match outline.and_then(Outline::into_valid) {
+            Ok((polygon, repairs)) => {
+                let notes = assigned.note.into_iter().chain(repairs).collect();
+                layer.footprints.push(Footprint { id: assigned.id, polygon, attributes, notes });
+            }
+            Err(reason) => layer.rejected.push(Rejected { index, id: assigned.id, attributes, reason }),
+        }
+    }
+    if index > 0 && layer.footprints.is_empty() && layer.rejected.is_empty() {
+        layer.warnings.push(format!("the filter lets none of {index} features through"));
+    }
+    Ok(layer)
+}
+
+impl FootprintLayer {
+    /// The box of all footprints in the layer's CRS; `None` without any.
+    pub fn extent(&self) -> Option<Rect<f64>> {
+        let boxes = self.footprints.iter().filter_map(|f| f.polygon.bounding_rect());
+        boxes.reduce(|a, b| {
+            Rect::new(
+                (a.min().x.min(b.min().x), a.min().y.min(b.min().y)),
+                (a.max().x.max(b.max().x), a.max().y.max(b.max().y)),
+            )
+        })
+    }
+
+    /// Takes all footprints to another CRS, vertex by vertex; what is no longer valid afterwards is repaired or
+    /// rejected. A layer of unknown CRS is taken to be in `target` already. Returns what the user must know of the
+    /// accuracy.
+    ///
+    /// # Errors
+    /// When PROJ knows no way from one to the other.
+    pub fn reproject(&mut self, target: &Crs) -> Result<Vec<String>> {
+        let Some(source) = self.crs.replace(target.clone()) else {
+            return Ok(vec![format!(
+                "{} does not say its reference system; its coordinates are taken to be in {target}",
+                self.path.display()
+            )]);
+        };
+        let extent = self.extent().map(|r| [r.min().x, r.min().y, r.max().x, r.max().y]);
+        let transformer = Transformer::new(&source, target, extent).map_err(|reason| {
+            InputError::new(&self.path, format!("coordinates in {source}"), format!("coordinates that can be taken to {target}"))
+                .at(reason)
+                .remedy("Give the footprints in the reference system of the points, or say which one theirs is")
+        })?;
+        if transformer.is_identity() {
+            return Ok(Vec::new());
+        }
+        for (index, mut footprint) in std::mem::take(&mut self.footprints).into_iter().enumerate() {
+            footprint.polygon.map_coords_in_place(|c| {
+                let mut point = [[c.x, c.y]];
+                transformer.transform(&mut point);
+                point[0].into()
+            });
+            match Outline::from(&footprint.polygon).into_valid() {
+                Ok((polygon, repairs)) => {
+                    footprint.polygon = polygon;
+                    footprint.notes.extend(repairs);
+                    self.footprints.push(footprint);
+                }
+                Err(reason) => {
+                    let Footprint { id, attributes, .. } = footprint;
+                    let reason = format!("in {target}: {reason}");
+                    self.rejected.push(Rejected { index, id, attributes, reason });
+                }
+            }
+        }
+        Ok(transformer.warning().map(str::to_string).into_iter().collect())
+    }
+}
+
+/// The names of attributes in the order in which they first occur.
+#[derive(Default)]
+struct Columns {
+    names: Vec<String>,
+    seen: std::collections::HashSet<String>,
+}
+
+impl Columns {
+    fn extend<'a>(&mut self, names: impl IntoIterator<Item = &'a String>) {
+        for name in names {
+            if !self.seen.contains(name) {
+                self.seen.insert(name.clone());
+                self.names.push(name.clone());
+            }
+        }
+    }
+}
+
+/// The value of an attribute by its name; by its name without regard to case where there is no such.
+fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&'a Value> {
+    attributes
+        .get(name)
+        .or_else(|| attributes.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value))
+}
+
+/// The CRS that a file names, unless the user gave one; an error that names the file and says how to give one.
+fn crs_of_file(path: &Path, definition: &str, options: &FootprintOptions) -> Result<Option<Crs>> {
+    if options.crs.is_some() || definition.trim().is_empty() {
+        return Ok(None);
+    }
+    Crs::parse(definition).map(Some).map_err(|error| {
+        let remedy = format!("Say which reference system it is. {}", error.remedy);
+        InputError::new(path, error.found, error.expected).at("its reference system").remedy(remedy).into()
+    })
 }

@@ -1,0 +1,225 @@
+//! What is in the files, as data.
+
+use std::path::PathBuf;
+
+use geo::{Area, BoundingRect};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::source::crs::Crs;
+use crate::source::footprints::{self, FootprintLayer, FootprintOptions};
+use crate::source::points::{self, Tile, TileSummary};
+
+/// What is in the files.
+#[derive(Debug, Default, Serialize)]
+pub struct Info {
+    /// The tiles.
+    pub tiles: Vec<TileInfo>,
+    /// The footprint files.
+    pub footprints: Vec<FootprintsInfo>,
+}
+
+/// What is in a tile.
+#[derive(Debug, Serialize)]
+pub struct TileInfo {
+    /// The file.
+    pub file: String,
+    /// LAS version, such as `1.4`.
+    pub version: String,
+    /// Point format, 0 to 10.
+    pub point_format: u8,
+    /// Whether it is compressed.
+    pub compressed: bool,
+    /// Whether it is a cloud-optimised point cloud.
+    pub copc: bool,
+    /// When it was made, `YYYY-MM-DD`.
+    pub date: Option<String>,
+    /// What made it.
+    pub software: String,
+    /// Its CRS, or the one that the user named.
+    pub crs: Option<CrsInfo>,
+    /// What is wrong with its CRS.
+    pub crs_fault: Option<String>,
+    /// What its points are.
+    #[serde(flatten)]
+    pub summary: TileSummary,
+}
+
+/// A CRS.
+#[derive(Debug, Serialize)]
+pub struct CrsInfo {
+    /// Authority and code.
+    pub code: Option<String>,
+    /// Its name.
+    pub name: String,
+    /// Metres per unit along x, y and z.
+    pub metres_per_unit: [f64; 3],
+    /// Whether its units are degrees.
+    pub geographic: bool,
+}
+
+/// What is in a footprint file.
+#[derive(Debug, Serialize)]
+pub struct FootprintsInfo {
+    /// The file.
+    pub file: String,
+    /// Its CRS, or the one that the user named.
+    pub crs: Option<CrsInfo>,
+    /// Number of footprints.
+    pub footprints: usize,
+    /// Number of those that had to be repaired or got another id.
+    pub mended: usize,
+    /// Features without a usable polygon.
+    pub rejected: Vec<RejectedInfo>,
+    /// The attribute that the ids are taken from.
+    pub id_attribute: Option<String>,
+    /// The names of the attributes.
+    pub attributes: Vec<String>,
+    /// Smallest and largest coordinates, CRS units.
+    pub extent: Option<[[f64; 2]; 2]>,
+    /// Area of all footprints in square metres; absent in a CRS in degrees.
+    pub area: Option<f64>,
+    /// What is odd about the file.
+    pub warnings: Vec<String>,
+    /// How they lie on the tiles that were given.
+    pub overlap: Option<OverlapInfo>,
+}
+
+/// A feature without a usable polygon.
+#[derive(Debug, Serialize)]
+pub struct RejectedInfo {
+    /// Its id.
+    pub id: String,
+    /// What is wrong with it.
+    pub detail: String,
+}
+
+/// How footprints lie on tiles, by the rectangles of both.
+#[derive(Debug, Serialize)]
+pub struct OverlapInfo {
+    /// Footprints that lie on a tile, wholly or in part.
+    pub touching: usize,
+    /// Footprints that lie wholly on one tile.
+    pub within: usize,
+    /// Why it cannot be told.
+    pub fault: Option<String>,
+}
+
+impl CrsInfo {
+    fn new(crs: &Crs) -> Self {
+        Self {
+            code: crs.code.clone(),
+            name: crs.name.clone(),
+            metres_per_unit: crs.metres_per_unit,
+            geographic: crs.is_geographic,
+        }
+    }
+}
+
+/// Describes tiles (files, folders, patterns) and footprint files; also says which could not be read.
+///
+/// # Errors
+/// `crs` is none.
+pub fn describe(
+    tiles: &[String],
+    footprints: &[PathBuf],
+    crs: Option<&str>,
+    options: &FootprintOptions,
+) -> Result<(Info, Vec<Error>)> {
+    let crs = crs.map(Crs::parse).transpose()?;
+    let (mut info, mut faults, mut extents) = (Info::default(), Vec::new(), Vec::new());
+    let mut tile_crs = crs.clone();
+    let paths = if tiles.is_empty() { Ok(Vec::new()) } else { points::expand(tiles) };
+    for path in paths.unwrap_or_else(|fault| {
+        faults.push(fault);
+        Vec::new()
+    }) {
+        match Tile::open(&path).and_then(|tile| Ok((describe_tile(&tile, crs.as_ref())?, tile))) {
+            Ok((description, tile)) => {
+                extents.extend(description.summary.extent);
+                tile_crs = tile_crs.or(tile.crs);
+                info.tiles.push(description);
+            }
+            Err(fault) => faults.push(fault),
+        }
+    }
+    for path in footprints {
+        match footprints::read(path, options) {
+            Ok(layer) => {
+                let mut description = describe_layer(path.display().to_string(), &layer);
+                description.overlap = (!extents.is_empty()).then(|| overlap(layer, tile_crs.as_ref(), &extents));
+                info.footprints.push(description);
+            }
+            Err(fault) => faults.push(fault),
+        }
+    }
+    Ok((info, faults))
+}
+
+fn describe_tile(tile: &Tile, crs: Option<&Crs>) -> Result<TileInfo> {
+    let crs = crs.or(tile.crs.as_ref());
+    Ok(TileInfo {
+        file: tile.path.display().to_string(),
+        version: tile.version.clone(),
+        point_format: tile.point_format,
+        compressed: tile.header.point_format().is_compressed,
+        copc: tile.is_copc,
+        date: tile.header.date().map(|date| date.to_string()),
+        software: tile.header.generating_software().trim_end_matches(['\0', ' ']).to_owned(),
+        crs: crs.map(CrsInfo::new),
+        crs_fault: tile.crs_fault.clone(),
+        summary: tile.summary(crs.map_or([1.0; 3], |crs| crs.metres_per_unit))?,
+    })
+}
+
+fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {
+    let mut attributes: Vec<String> = Vec::new();
+    for name in layer.footprints.iter().flat_map(|footprint| footprint.attributes.keys()) {
+        if !attributes.contains(name) {
+            attributes.push(name.clone());
+        }
+    }
+    let area = || layer.footprints.iter().map(|f| f.polygon.unsigned_area()).sum::<f64>();
+    FootprintsInfo {
+        file,
+        crs: layer.crs.as_ref().map(CrsInfo::new),
+        footprints: layer.footprints.len(),
+        mended: layer.footprints.iter().filter(|f| !f.notes.is_empty()).count(),
+        rejected: layer
+            .rejected
+            .iter()
+            .map(|feature| RejectedInfo { id: feature.id.clone(), detail: feature.reason.clone() })
+            .collect(),
+        id_attribute: layer.id_attribute.clone(),
+        attributes,
+        extent: layer.extent().map(|rectangle| [rectangle.min().into(), rectangle.max().into()]),
+        area: layer
+            .crs
+            .as_ref()
+            .filter(|crs| !crs.is_geographic)
+            .map(|crs| area() * crs.metres_per_unit[0] * crs.metres_per_unit[1]),
+        warnings: layer.warnings.clone(),
+        overlap: None,
+    }
+}
+
+/// Counts the footprints whose rectangle meets that of a tile.
+fn overlap(mut layer: FootprintLayer, crs: Option<&Crs>, extents: &[[[f64; 3]; 2]]) -> OverlapInfo {
+    let mut overlap = OverlapInfo { touching: 0, within: 0, fault: None };
+    let Some(crs) = crs else {
+        overlap.fault = Some("the CRS of the tiles is not known: give it with --crs".to_owned());
+        return overlap;
+    };
+    if let Err(fault) = layer.reproject(crs) {
+        overlap.fault = Some(fault.to_string());
+        return overlap;
+    }
+    for rectangle in layer.footprints.iter().filter_map(|footprint| footprint.polygon.bounding_rect()) {
+        let (low, high) = (<[f64; 2]>::from(rectangle.min()), <[f64; 2]>::from(rectangle.max()));
+        let meets = |[min, max]: &[[f64; 3]; 2]| (0..2).all(|i| low[i] <= max[i] && high[i] >= min[i]);
+        let holds = |[min, max]: &[[f64; 3]; 2]| (0..2).all(|i| low[i] >= min[i] && high[i] <= max[i]);
+        overlap.touching += usize::from(extents.iter().any(meets));
+        overlap.within += usize::from(extents.iter().any(holds));
+    }
+    overlap
+}

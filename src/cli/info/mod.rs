@@ -1,0 +1,93 @@
+//! `gable info`: what is in tiles and footprint files, and whether they go together.
+
+mod describe;
+mod table;
+
+use std::path::PathBuf;
+
+use super::Outcome;
+use super::output::{print, say};
+use crate::error::Error;
+use crate::source::crs::Crs;
+use crate::source::footprints::FootprintOptions;
+
+const EXAMPLES: &str = "\
+Examples:
+  What is in a tile?
+    gable info tile.laz
+  Do these footprints lie on these tiles?
+    gable info tiles/ buildings.gpkg
+  For a script:
+    gable info --json tile.laz";
+
+/// What `gable info` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Tiles (LAS, LAZ, COPC, folders, glob patterns) and footprint files
+    #[arg(required = true, value_name = "FILES")]
+    files: Vec<String>,
+
+    /// CRS of the tiles; goes before what they say
+    #[arg(long, value_name = "CRS")]
+    crs: Option<String>,
+
+    /// CRS of the footprints; goes before what the file says
+    #[arg(long, value_name = "CRS")]
+    footprint_crs: Option<String>,
+
+    /// Layer or table of the footprint file, if it has several
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Describes the files.
+///
+/// Exit code 2 says that some of the files could not be read.
+///
+/// # Errors
+/// None of the files can be read, or a CRS that was given is none.
+pub fn main(args: &Args) -> Outcome {
+    let options = FootprintOptions {
+        layer: args.layer.clone(),
+        crs: args.footprint_crs.as_deref().map(Crs::parse).transpose()?,
+        ..FootprintOptions::default()
+    };
+    let (tiles, footprints) = sort(&args.files);
+    let (info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options)?;
+    if info.tiles.is_empty() && info.footprints.is_empty() {
+        if let Some(fault) = faults.pop() {
+            return Err(fault);
+        }
+    }
+    for fault in &faults {
+        say(&format!("error: {fault}"));
+    }
+    if args.json {
+        let json = serde_json::to_string_pretty(&info).map_err(|e| Error::io("standard output", "write", e.into()))?;
+        print(&(json + "\n"))?;
+    } else {
+        print(&table::table_of(&info))?;
+    }
+    Ok(if faults.is_empty() { 0 } else { 2 })
+}
+
+/// Parts footprint files, told by their extension, from tiles.
+fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
+    const FOOTPRINTS: [&str; 8] = ["gpkg", "geojson", "json", "shp", "fgb", "sqlite", "db", "geojsonl"];
+    let (mut tiles, mut footprints) = (Vec::new(), Vec::new());
+    for file in files {
+        let path = PathBuf::from(file);
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if FOOTPRINTS.contains(&extension.as_str()) {
+            footprints.push(path);
+        } else {
+            tiles.push(file.clone());
+        }
+    }
+    (tiles, footprints)
+}

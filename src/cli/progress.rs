@@ -1,0 +1,124 @@
+//! Progress: bars with rate and remaining time on a terminal, plain lines otherwise.
+
+use std::io::IsTerminal;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::output::{duration, say, thousands};
+use super::{interrupt, summary};
+use crate::run::{Event, Observer, Stage};
+
+/// How often a plain line says how far it is.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
+
+/// How much to say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    /// Errors only.
+    Quiet,
+    /// Progress, warnings, summary.
+    Normal,
+    /// Also a line for every building.
+    Verbose,
+}
+
+/// Shows the progress of a run on standard error.
+pub struct Progress {
+    verbosity: Verbosity,
+    terminal: bool,
+    under_way: Mutex<Option<UnderWay>>,
+}
+
+/// The stage under way.
+struct UnderWay {
+    stage: Stage,
+    total: u64,
+    done: u64,
+    started: Instant,
+    last_line: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    /// Bars if standard error is a terminal, plain lines if not.
+    pub fn new(verbosity: Verbosity) -> Self {
+        Self { verbosity, terminal: std::io::stderr().is_terminal(), under_way: Mutex::new(None) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<UnderWay>> {
+        self.under_way.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes a line above the bar.
+    fn line(under_way: Option<&UnderWay>, text: &str) {
+        let write = || say(text);
+        match under_way.and_then(|u| u.bar.as_ref()) {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    fn start(&self, stage: Stage, total: u64) {
+        let bar = self.terminal.then(|| {
+            let template = "{msg:<18} {bar:30} {human_pos}/{human_len} {prefix}, {per_sec}, {eta} left";
+            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr()).with_style(style);
+            bar.set_message(stage.label());
+            bar.set_prefix(stage.unit());
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        let now = Instant::now();
+        *self.lock() = Some(UnderWay { stage, total, done: 0, started: now, last_line: now, bar });
+    }
+
+    fn advance(&self, by: u64) {
+        let mut lock = self.lock();
+        let Some(stage) = lock.as_mut() else { return };
+        stage.done += by;
+        if let Some(bar) = &stage.bar {
+            bar.inc(by);
+        } else if stage.last_line.elapsed() >= PLAIN_INTERVAL {
+            stage.last_line = Instant::now();
+            let elapsed = stage.started.elapsed().as_secs_f64();
+            let left = stage.total.saturating_sub(stage.done) as f64 / stage.done.max(1) as f64 * elapsed;
+            let (name, unit) = (stage.stage.label(), stage.stage.unit());
+            let (done, total) = (thousands(stage.done), thousands(stage.total));
+            Self::line(None, &format!("{name}: {done} of {total} {unit}, about {} left", duration(left)));
+        }
+    }
+
+    fn finish(&self) {
+        let Some(stage) = self.lock().take() else { return };
+        if let Some(bar) = &stage.bar {
+            bar.finish_and_clear();
+        }
+        let elapsed = duration(stage.started.elapsed().as_secs_f64());
+        let (name, unit) = (stage.stage.label(), stage.stage.unit());
+        Self::line(None, &format!("{name}: {} {unit} in {elapsed}", thousands(stage.done)));
+    }
+}
+
+impl Observer for Progress {
+    fn event(&self, event: Event<'_>) {
+        if self.verbosity == Verbosity::Quiet {
+            return;
+        }
+        match event {
+            Event::Started { stage, total } => self.start(stage, total),
+            Event::Advanced { by, .. } => self.advance(by),
+            Event::Finished { .. } => self.finish(),
+            Event::Building(building) if self.verbosity == Verbosity::Verbose => {
+                Self::line(self.lock().as_ref(), &summary::building(building));
+            }
+            Event::Building(_) => {}
+            Event::Warning(text) => Self::line(self.lock().as_ref(), &format!("warning: {text}")),
+        }
+    }
+
+    fn interrupted(&self) -> bool {
+        interrupt::pressed()
+    }
+}

@@ -1,0 +1,161 @@
+//! `gable reconstruct`: points and footprints in, a city model out.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use super::flags::Flags;
+use super::output::print;
+use super::progress::{Progress, Verbosity};
+use super::{Outcome, interrupt, summary};
+use crate::error::Result;
+use crate::reconstruct::Parameters;
+use crate::run::{FootprintSource, Job, run};
+use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::source::crs::Crs;
+use crate::source::footprints::FootprintOptions;
+
+const EXAMPLES: &str = "\
+Examples:
+  The tiles of a folder and footprints in any CRS, one CityJSON file:
+    gable reconstruct tiles/ --footprints buildings.gpkg -o city.city.json
+  One building a line (CityJSONSeq), tiles that do not name their CRS:
+    gable reconstruct 'ahn/*.laz' --footprints pand.sqlite --crs EPSG:7415 -o city.city.jsonl
+  A cloud that is not classified, some of the footprints only:
+    gable reconstruct a.laz b.laz -f houses.shp --filter \"height > 3\" \\
+      --building-class any -o out/
+  A single object without a footprint:
+    gable reconstruct church.laz --no-footprint -o church.city.json
+
+The output:
+  The extension chooses the format: .city.json (CityJSON) or .city.jsonl (CityJSONSeq).
+  A folder, or a name without an extension, gets a .city.json that is named after the tile
+  if there is one, else after the footprints. The report goes to OUT.report.json. Ctrl-C
+  writes what is done; nothing appears under its name before it is whole.
+
+Exit codes:
+  0  every footprint that holds points has a model
+  1  nothing could be done, or bad usage
+  2  finished, but some buildings lack a model";
+
+/// What `gable reconstruct` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// LAS, LAZ or COPC files, folders of them, or glob patterns
+    #[arg(required = true, value_name = "TILES")]
+    tiles: Vec<String>,
+
+    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite
+    #[arg(short, long, value_name = "FILE", required_unless_present = "no_footprint", conflicts_with = "no_footprint")]
+    footprints: Option<PathBuf>,
+
+    /// Take all building points for a single object
+    #[arg(long)]
+    no_footprint: bool,
+
+    /// The model: a file (.city.json or .city.jsonl) or a folder
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+
+    /// Replace files that exist
+    #[arg(long)]
+    overwrite: bool,
+
+    /// Where the report goes [default: OUT.report.json]
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// CRS of the tiles, such as EPSG:7415; goes before what they say
+    #[arg(long, value_name = "CRS")]
+    crs: Option<String>,
+
+    /// CRS of the footprints; goes before what the file says
+    #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
+    footprint_crs: Option<String>,
+
+    /// Layer or table of the footprint file, if it has several
+    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
+    layer: Option<String>,
+
+    /// Only footprints whose attributes satisfy this, such as "status = 'in use' AND height > 3"
+    #[arg(long, value_name = "EXPRESSION", conflicts_with = "no_footprint")]
+    filter: Option<String>,
+
+    /// Attribute that holds the ids of the buildings [default: guessed]
+    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
+    id_attribute: Option<String>,
+
+    /// Classes of building points, such as 1,6; "any" for clouds that are not classified
+    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes)]
+    building_class: BuildingClasses,
+
+    /// Classes of ground points
+    #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
+    ground_class: Vec<u8>,
+
+    /// Number of threads [default: one per processor]
+    #[arg(short, long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+
+    /// Say what became of every building
+    #[arg(short, long)]
+    verbose: bool,
+
+    #[command(flatten)]
+    segmentation: Flags<SegmentOptions>,
+
+    #[command(flatten)]
+    parameters: Flags<Parameters>,
+}
+
+/// Reconstructs and says what came out.
+///
+/// # Errors
+/// As [`run`].
+pub fn main(args: Args) -> Outcome {
+    let verbosity = match (args.quiet, args.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Verbose,
+        (false, false) => Verbosity::Normal,
+    };
+    interrupt::listen();
+    let report = run(&args.into_job()?, &Progress::new(verbosity))?;
+    if verbosity > Verbosity::Quiet {
+        print(&summary::summary(&report))?;
+    }
+    Ok(report.exit_code)
+}
+
+impl Args {
+    /// # Errors
+    /// A CRS that is none.
+    fn into_job(self) -> Result<Job> {
+        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose()?;
+        let options = FootprintOptions {
+            layer: self.layer,
+            filter: self.filter,
+            id_attribute: self.id_attribute,
+            crs,
+        };
+        Ok(Job {
+            tiles: self.tiles,
+            footprints: self.footprints.map(|path| FootprintSource { path, options }),
+            output: self.output,
+            overwrite: self.overwrite,
+            report: self.report,
+            crs: self.crs,
+            threads: self.jobs,
+            segmentation: SegmentOptions {
+                building_classes: self.building_class,
+                ground_classes: self.ground_class,
+                ..self.segmentation.0
+            },
+            parameters: self.parameters.0,
+            command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+        })
+    }
+}

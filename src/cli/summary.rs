@@ -1,0 +1,112 @@
+//! The end of a run for a person: what came out, what failed and why.
+
+use super::output::{duration, table, thousands};
+use crate::building::{Outcome, Reason};
+use crate::report::{BuildingReport, Percentiles, Report};
+
+/// How many failed buildings the summary names; the report names all.
+const NAMED: usize = 10;
+
+/// A reason in words.
+pub fn reason(reason: Reason) -> &'static str {
+    match reason {
+        Reason::NoPolygon => "no usable polygon",
+        Reason::NoPoints => "no building points in the footprint",
+        Reason::TooFewPoints => "too few building points",
+        Reason::Incomplete => "not covered by the tiles",
+        Reason::NoPrimitives => "no planes found in the points",
+        Reason::NothingInside => "nothing found inside",
+        Reason::InvalidSolid => "the solid would have been invalid",
+        Reason::Internal => "a fault of gable itself; please report it",
+    }
+}
+
+/// One line on one building.
+pub fn building(building: &BuildingReport) -> String {
+    let mut line = format!("{}: {}", building.id, outcome(&building.outcome));
+    if building.points > 0 {
+        line += &format!(", {} points", thousands(building.points as u64));
+    }
+    if let Some(rmse) = building.rmse_lod22 {
+        line += &format!(", RMSE {rmse:.2} m");
+    }
+    line += &format!(", {:.0} ms", building.wall_ms);
+    for note in &building.notes {
+        line += "; ";
+        line += note;
+    }
+    line
+}
+
+fn outcome(outcome: &Outcome) -> String {
+    let name = match outcome {
+        Outcome::Lod22 => "LoD 2.2",
+        Outcome::Lod12 { .. } => "LoD 1.2",
+        Outcome::FootprintOnly { .. } => "footprint only",
+        Outcome::Rejected { .. } => "rejected",
+    };
+    match outcome.reason() {
+        None => name.to_owned(),
+        Some((why, "")) => format!("{name} ({})", reason(why)),
+        Some((why, detail)) => format!("{name} ({}: {detail})", reason(why)),
+    }
+}
+
+/// The summary of a run.
+pub fn summary(report: &Report) -> String {
+    let counts = &report.counts;
+    let number = |n: usize| thousands(n as u64);
+    let mut rows = vec![
+        vec!["footprints".into(), number(counts.footprints)],
+        vec!["  LoD 2.2".into(), number(counts.buildings_lod22)],
+        vec!["  LoD 1.2 only".into(), number(counts.buildings_lod12)],
+    ];
+    let by_reason = |(why, &count): (&Reason, &usize)| vec![format!("    {}", reason(*why)), number(count)];
+    rows.extend(counts.fallbacks.iter().map(by_reason));
+    rows.push(vec!["  without a model".into(), number(counts.skipped.values().sum())]);
+    rows.extend(counts.skipped.iter().map(by_reason));
+    if counts.not_reached > 0 {
+        rows.push(vec!["  not reached".into(), number(counts.not_reached)]);
+    }
+    rows.push(vec!["solids at LoD 2.2".into(), number(counts.solids_lod22)]);
+    rows.push(vec!["solids at LoD 1.2".into(), number(counts.solids_lod12)]);
+    rows.push(vec!["points read".into(), thousands(report.inputs.points.read)]);
+    rows.push(vec!["points in footprints".into(), thousands(counts.points)]);
+    let mut out = table(&rows, "");
+    let mut line = |name: &str, text: &str| out += &format!("{name:<20}  {text}\n");
+    if let Some(Percentiles { p50, p90, max, .. }) = report.quality.rmse_lod22 {
+        line("RMSE LoD 2.2", &format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst"));
+    }
+    let mut cost = duration(report.wall_seconds);
+    if let Some(cpu) = report.cpu_seconds {
+        cost += &format!(", {} of processor time", duration(cpu));
+    }
+    if let Some(bytes) = report.peak_memory_bytes {
+        cost += &format!(", {} MB", bytes.div_ceil(1_000_000));
+    }
+    line("time and memory", &cost);
+    for file in &report.outputs {
+        line("written", file);
+    }
+    out += &failed(report);
+    if report.interrupted {
+        out += "interrupted: the buildings that were done are written, the others are missing\n";
+    }
+    out
+}
+
+/// The buildings that lack a model though they ought to have one.
+fn failed(report: &Report) -> String {
+    let lacking: Vec<_> = report.buildings.iter().filter(|b| b.lacks_model()).collect();
+    if lacking.is_empty() {
+        return String::new();
+    }
+    let mut out = "without a model:\n".to_owned();
+    for building in lacking.iter().take(NAMED) {
+        out += &format!("  {}: {}\n", building.id, outcome(&building.outcome));
+    }
+    if let Some(more) = lacking.len().checked_sub(NAMED).filter(|&n| n > 0) {
+        out += &format!("  and {} more: see the report\n", thousands(more as u64));
+    }
+    out
+}

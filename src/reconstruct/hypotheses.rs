@@ -1,0 +1,189 @@
+//! Hypotheses: the planes that cut the box of a building, detected or concluded, and what is known about them.
+
+use geo::{Contains, MultiPolygon};
+use nalgebra::{Point2, Point3, Unit, Vector3};
+
+use super::primitives::footprint_edges;
+use super::primitives::height_jumps::{self, JumpOptions};
+use super::primitives::roof_map::RoofMap;
+use super::primitives::trace::{self, Trace};
+use super::primitives::{self, Extent, Primitive, PrimitiveKind};
+use super::{Failure, Parameters};
+use crate::building::Reason;
+use crate::geometry::{Aabb, Plane};
+use crate::site::Site;
+
+/// Planes with more verticality than this are walls (paper, section 3.2).
+const WALL_VERTICALITY: f64 = 0.9;
+/// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
+const SIDE_MARGIN: f64 = 1.0;
+/// The box reaches so far above the highest roof point, metres: no plane can shoot up further than that.
+const TOP_MARGIN: f64 = 0.4;
+/// Traces reach so far beyond their ends, metres, to meet the planes that they end at.
+const TRACE_MARGIN: f64 = 0.05;
+/// Height jumps reach further: their ends are known to a pixel only.
+const JUMP_MARGIN: f64 = 0.4;
+/// A height jump this close to the line of a footprint edge or of another jump is on it, metres.
+const SAME_LINE: f64 = 0.35;
+
+/// All planes that cut the box, and the evidence about the roof.
+pub(super) struct Hypotheses {
+    /// Detected roofs first, in the order of detection, then walls.
+    pub primitives: Vec<Primitive>,
+    /// How many primitives were detected.
+    pub detected: usize,
+    /// Which roof primitive is on top where.
+    pub map: RoofMap,
+    /// The simplified outline that the walls stand on.
+    pub footprint: Option<MultiPolygon<f64>>,
+    /// The box to cut: its bottom is the ground.
+    pub bounds: Aabb,
+}
+
+impl Hypotheses {
+    /// Detects the roofs and concludes the walls.
+    pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
+        let detection = primitives::detect(&site.points, parameters, seed(&site.id));
+        let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
+            detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
+        let detected = roofs.len() + walls.len();
+        if roofs.is_empty() {
+            roofs.push(flat_roof(&site.points)?);
+        }
+        let footprint = site.footprint.as_ref().map(|f| footprint_edges::simplify(f, parameters.footprint_tolerance));
+        let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
+            .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
+        let bounds = bounds(site, &roofs, footprint.as_ref())?;
+        for (label, roof) in (0u32..).zip(&mut roofs) {
+            reach(roof, label, &map);
+        }
+        let mut hypotheses = Self { primitives: roofs, detected, map, footprint, bounds };
+        hypotheses.add_walls(site, &walls, parameters);
+        Ok(hypotheses)
+    }
+
+    /// Walls from the footprint, from height jumps and, without a footprint, from the points.
+    fn add_walls(&mut self, site: &Site, walls: &[Primitive], parameters: &Parameters) {
+        let tolerance = parameters.footprint_tolerance;
+        let edges = self.footprint.as_ref().map_or_else(Vec::new, footprint_edges::traces);
+        let options = JumpOptions {
+            min_height: parameters.step_height,
+            min_length: parameters.step_length,
+            ground: self.footprint.is_none().then_some(site.ground.height),
+        };
+        let seen: Vec<Trace> = walls.iter().filter_map(|wall| wall_trace(wall, &site.points)).collect();
+        let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { &edges });
+        if main.is_empty() {
+            main = roof_directions(&self.primitives);
+        }
+        let mut jumps = height_jumps::traces(&self.map, &self.primitives, &main, &options);
+        if edges.is_empty() {
+            jumps.extend(seen);
+        }
+        let mut traces = edges;
+        let outline = traces.len();
+        traces.extend(jumps);
+        trace::regularise(&mut traces, tolerance, SAME_LINE);
+        let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
+        for (i, trace) in traces.iter().enumerate() {
+            let margin = if i < outline { TRACE_MARGIN } else { JUMP_MARGIN };
+            self.primitives.push(trace.primitive(heights, margin));
+        }
+    }
+
+    /// Whether a point of the plan is in the footprint; everywhere without one.
+    pub fn covers(&self, p: &Point2<f64>) -> bool {
+        self.footprint.as_ref().is_none_or(|footprint| footprint.contains(&geo::Point::new(p.x, p.y)))
+    }
+
+    /// The points on roof primitives.
+    pub fn roof_points<'a>(&'a self, site: &'a Site) -> impl Iterator<Item = &'a Point3<f64>> {
+        self.primitives.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize))
+    }
+}
+
+/// For want of planes: one horizontal roof at the median height of all points.
+fn flat_roof(points: &[Point3<f64>]) -> Result<Primitive, Failure> {
+    let mut heights: Vec<f64> = points.iter().map(|p| p.z).collect();
+    heights.sort_by(f64::total_cmp);
+    let height = heights
+        .get(heights.len() / 2)
+        .ok_or_else(|| Failure::new(Reason::TooFewPoints, "no point is left to make a roof from"))?;
+    let spread = heights.iter().map(|z| (z - height).powi(2)).sum::<f64>() / heights.len() as f64;
+    Ok(Primitive {
+        kind: PrimitiveKind::Detected,
+        plane: Plane::through(&Point3::new(0.0, 0.0, *height), Vector3::z_axis()),
+        inliers: (0..points.len() as u32).collect(),
+        residual: spread.sqrt(),
+        extent: Extent::Everywhere,
+    })
+}
+
+/// The box to cut: the footprint (or the points) with a margin, from the ground to just above the roofs.
+fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>>) -> Result<Aabb, Failure> {
+    let seen = roofs.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize));
+    let mut bounds = Aabb::of(seen).ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane has points"))?;
+    if let Some(rect) = footprint.and_then(geo::BoundingRect::bounding_rect) {
+        (bounds.min[0], bounds.min[1]) = rect.min().x_y();
+        (bounds.max[0], bounds.max[1]) = rect.max().x_y();
+    }
+    for axis in 0..2 {
+        bounds.min[axis] -= SIDE_MARGIN;
+        bounds.max[axis] += SIDE_MARGIN;
+    }
+    bounds.max[2] += TOP_MARGIN;
+    bounds.min[2] = site.ground.height;
+    if bounds.min[2] + TOP_MARGIN >= bounds.max[2] {
+        let detail =
+            format!("the highest roof point lies {:.2} m below the ground", bounds.min[2] - bounds.max[2] + TOP_MARGIN);
+        return Err(Failure::new(Reason::NothingInside, detail));
+    }
+    Ok(bounds)
+}
+
+/// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing.
+fn reach(roof: &mut Primitive, label: u32, map: &RoofMap) {
+    let region: Vec<geo::Point<f64>> = map.region(label).map(|p| geo::Point::new(p.x, p.y)).collect();
+    let hull = geo::ConvexHull::convex_hull(&geo::MultiPoint(region));
+    let corners: Vec<Point3<f64>> = hull
+        .exterior()
+        .coords()
+        .skip(1)
+        .filter_map(|c| roof.plane.height_at(c.x, c.y).map(|z| Point3::new(c.x, c.y, z)))
+        .collect();
+    if corners.len() >= 3 {
+        roof.extent = Extent::Patch(corners);
+    }
+}
+
+/// The trace of a wall that was scanned.
+fn wall_trace(wall: &Primitive, points: &[Point3<f64>]) -> Option<Trace> {
+    let normal = Unit::try_new(wall.plane.normal.xy(), 1e-6)?;
+    let mean = wall
+        .inliers
+        .iter()
+        .filter_map(|&i| points.get(i as usize))
+        .fold((Vector3::zeros(), 0.0), |(s, n), p| (s + p.coords, n + 1.0));
+    let mean = (mean.0 / f64::max(mean.1, 1.0)).xy();
+    let mut trace = Trace { normal, offset: normal.dot(&mean), span: [0.0, 0.0], kind: PrimitiveKind::HeightJump };
+    let along = trace.direction();
+    let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in wall.inliers.iter().filter_map(|&i| points.get(i as usize)) {
+        let t = along.dot(&p.coords.xy());
+        (from, to) = (from.min(t), to.max(t));
+    }
+    trace.span = [from, to];
+    (from < to).then_some(trace)
+}
+
+/// Main directions for want of walls: those in which the roofs descend, else the axes.
+fn roof_directions(roofs: &[Primitive]) -> Vec<nalgebra::Vector2<f64>> {
+    let descent = roofs.iter().find_map(|roof| Unit::try_new(roof.plane.normal.xy(), 0.05));
+    let along = descent.map_or_else(nalgebra::Vector2::x, Unit::into_inner);
+    vec![along, nalgebra::Vector2::new(-along.y, along.x)]
+}
+
+/// FNV-1a of the building id: the seed of everything random about the building.
+fn seed(id: &str) -> u64 {
+    id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}

@@ -1,0 +1,114 @@
+//! The height-field vote: the baseline occupancy, which needs no network.
+
+use nalgebra::Point3;
+
+use super::Occupancy;
+use crate::geometry::Plane;
+use crate::reconstruct::complex::{Complex, OUTSIDE};
+use crate::reconstruct::primitives::Primitive;
+use crate::reconstruct::primitives::roof_map::{NOTHING, RoofMap};
+
+/// How much of a cell lies under the roof evidence and inside the footprint.
+///
+/// Vertical lines through the pixels of the [`RoofMap`] sample each cell; the vote of a line is the share of its stretch
+/// within the cell that lies below the roof primitive seen there, and lines count by their length. That is an integral
+/// over the volume of the cell, so that slivers and large cells are judged alike.
+#[derive(Debug)]
+pub struct HeightField<'a> {
+    map: &'a RoofMap,
+    primitives: &'a [Primitive],
+}
+
+impl<'a> HeightField<'a> {
+    /// The vote of a roof map, whose labels are indices of `primitives`.
+    pub fn new(map: &'a RoofMap, primitives: &'a [Primitive]) -> Self {
+        Self { map, primitives }
+    }
+
+    /// Height of the roof evidence over a point of the plan; `None` where there is none.
+    pub fn height(&self, p: &nalgebra::Point2<f64>) -> Option<f64> {
+        let [column, row] = self.map.pixel_at(p)?;
+        self.label_height(self.map.label(column, row), p.x, p.y)
+    }
+
+    fn label_height(&self, label: u32, x: f64, y: f64) -> Option<f64> {
+        if label == NOTHING {
+            return None;
+        }
+        self.primitives.get(label as usize)?.plane.height_at(x, y)
+    }
+
+    fn cell(&self, sides: &[Plane], low: &Point3<f64>, high: &Point3<f64>, centre: &Point3<f64>) -> f64 {
+        let (mut inside, mut total) = (0.0, 0.0);
+        let columns = self.map.range(0, low.x, high.x);
+        for row in self.map.range(1, low.y, high.y) {
+            for column in columns.clone() {
+                let p = self.map.centre(column, row);
+                let Some([bottom, top]) = stretch(sides, p.x, p.y, low.z, high.z) else { continue };
+                total += top - bottom;
+                if let Some(roof) = self.label_height(self.map.label(column, row), p.x, p.y) {
+                    inside += (roof - bottom).clamp(0.0, top - bottom);
+                }
+            }
+        }
+        if total > 0.0 {
+            return inside / total;
+        }
+        // A cell too narrow for any line of the raster is judged at its centre.
+        f64::from(u8::from(self.height(&centre.xy()).is_some_and(|roof| centre.z < roof)))
+    }
+}
+
+/// The stretch of the vertical line at `(x, y)` on the inner side of all `sides`, whose normals point out of the cell.
+fn stretch(sides: &[Plane], x: f64, y: f64, low: f64, high: f64) -> Option<[f64; 2]> {
+    let (mut bottom, mut top) = (low, high);
+    for side in sides {
+        let n = side.normal;
+        let at_zero = n.x * x + n.y * y + side.offset;
+        if n.z.abs() < 1e-9 {
+            if at_zero > 0.0 {
+                return None;
+            }
+        } else if n.z > 0.0 {
+            top = top.min(-at_zero / n.z);
+        } else {
+            bottom = bottom.max(-at_zero / n.z);
+        }
+        if bottom >= top {
+            return None;
+        }
+    }
+    Some([bottom, top])
+}
+
+impl Occupancy for HeightField<'_> {
+    fn occupancy(&self, complex: &Complex) -> Vec<f64> {
+        let planes: Vec<Plane> =
+            complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
+        let mut sides = Vec::new();
+        (0u32..)
+            .zip(&complex.cells)
+            .map(|(id, cell)| {
+                sides.clear();
+                let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+                let (mut sum, mut corners) = (nalgebra::Vector3::zeros(), 0.0);
+                for &facet in &cell.facets {
+                    let facet = &complex.facets[facet as usize];
+                    debug_assert!(facet.cells.contains(&id) && id != OUTSIDE);
+                    let plane = planes[facet.plane as usize];
+                    let out = if facet.cells[0] == id { plane } else { plane.flipped() };
+                    if !sides.contains(&out) {
+                        sides.push(out);
+                    }
+                    for &corner in &facet.corners {
+                        let p = complex.vertices[corner as usize].position;
+                        (low, high) = (low.inf(&p), high.sup(&p));
+                        sum += p.coords;
+                        corners += 1.0;
+                    }
+                }
+                self.cell(&sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
+            })
+            .collect()
+    }
+}

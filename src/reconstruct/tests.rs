@@ -1,0 +1,155 @@
+//! Whole buildings with known shapes, scanned without noise or with a little.
+
+use geo::{LineString, MultiPolygon, Polygon};
+use nalgebra::Point3;
+use serde_json::Map;
+
+use super::*;
+use crate::building::RoofType;
+use crate::site::{Coverage, Frame, Ground, GroundSource};
+use crate::solid::SurfaceType;
+
+/// A site whose roof is `height(x, y)` over `footprint`, sampled every `spacing` metres on a jittered grid.
+fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) -> Option<f64>) -> Site {
+    let rect = geo::BoundingRect::bounding_rect(&footprint).unwrap();
+    let mut points = Vec::new();
+    let mut state = 7_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+    };
+    let steps = |length: f64| (length / spacing) as i32;
+    for i in 0..steps(rect.width()) {
+        for j in 0..steps(rect.height()) {
+            let x = rect.min().x + (f64::from(i) + 0.5 + 0.4 * random()) * spacing;
+            let y = rect.min().y + (f64::from(j) + 0.5 + 0.4 * random()) * spacing;
+            if geo::Contains::contains(&footprint, &geo::Point::new(x, y))
+                && let Some(z) = height(x, y)
+            {
+                points.push(Point3::new(x, y, z + 0.02 * random()));
+            }
+        }
+    }
+    points.sort_by(|a, b| (a.x, a.y, a.z).partial_cmp(&(b.x, b.y, b.z)).unwrap());
+    Site {
+        id: "house".into(),
+        frame: Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [1.0; 3] },
+        footprint: Some(footprint),
+        points,
+        ground: Ground { height: 0.0, spread: 0.1, source: GroundSource::GroundPoints },
+        coverage: Coverage { share: 1.0 },
+        attributes: Map::new(),
+    }
+}
+
+fn outline(corners: &[(f64, f64)]) -> MultiPolygon<f64> {
+    MultiPolygon(vec![Polygon::new(LineString::from(corners.to_vec()), vec![])])
+}
+
+fn rectangle(width: f64, depth: f64) -> MultiPolygon<f64> {
+    outline(&[(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
+}
+
+fn only_solid(building: &Building) -> &Solid {
+    assert_eq!(building.outcome, Outcome::Lod22, "{:?}", building.measures);
+    let solids: Vec<&Solid> = building.model.lod22().collect();
+    assert_eq!(solids.len(), 1);
+    solids[0]
+}
+
+fn count(solid: &Solid, kind: SurfaceType) -> usize {
+    solid.faces.iter().filter(|face| solid.kind(face) == kind).count()
+}
+
+#[test]
+fn a_gable_roof_has_seven_faces_and_its_volume() {
+    let site = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    let building = reconstruct(&site, &Parameters::default());
+    let solid = only_solid(&building);
+    assert_eq!((count(solid, SurfaceType::Roof), count(solid, SurfaceType::Wall)), (2, 4));
+    assert_eq!(count(solid, SurfaceType::Ground), 1);
+    let expected = 12.0 * (8.0 * 8.0 - 4.0 * 3.2);
+    assert!((solid.volume() / expected - 1.0).abs() < 0.01, "{} {expected}", solid.volume());
+    assert_eq!(building.measures.roof_type, Some(RoofType::Slanted));
+    assert!((building.measures.ridge_height.unwrap() - 8.0).abs() < 0.05);
+    assert!(building.measures.rmse_lod22.unwrap() < 0.03);
+    assert!(building.measures.rmse_lod12.unwrap() > 0.5);
+    let block = building.model.lod12().next().unwrap();
+    assert_eq!(block.faces.len(), 6);
+}
+
+#[test]
+fn a_low_wing_gets_its_wall_and_no_more() {
+    let footprint = outline(&[(0.0, 0.0), (14.0, 0.0), (14.0, 6.0), (8.0, 6.0), (8.0, 10.0), (0.0, 10.0)]);
+    let site = site(footprint, 0.35, |x, _| Some(if x < 8.0 { 9.0 } else { 3.5 }));
+    let building = reconstruct(&site, &Parameters::default());
+    let solid = only_solid(&building);
+    assert_eq!(count(solid, SurfaceType::Roof), 2);
+    // Six walls on the outline, and the one above the wing, which is part of the long wall at x = 8.
+    assert_eq!(count(solid, SurfaceType::Wall), 6);
+    assert!((solid.volume() - (80.0 * 9.0 + 36.0 * 3.5)).abs() < 10.0, "{}", solid.volume());
+    assert_eq!(building.measures.roof_type, Some(RoofType::MultipleFlat));
+}
+
+#[test]
+fn a_hip_roof_a_courtyard_and_a_dormer_are_closed_solids() {
+    let hip = site(rectangle(14.0, 8.0), 0.35, |x, y| {
+        Some(5.0 + (0.7 * y).min(0.7 * (8.0 - y)).min(0.7 * x).min(0.7 * (14.0 - x)))
+    });
+    assert_eq!(count(only_solid(&reconstruct(&hip, &Parameters::default())), SurfaceType::Roof), 4);
+
+    let ring = |a: f64, b: f64| LineString::from(vec![(a, a), (b, a), (b, b), (a, b)]);
+    let court = MultiPolygon(vec![Polygon::new(ring(0.0, 16.0), vec![ring(5.0, 11.0)])]);
+    let court = site(court, 0.4, |_, _| Some(7.0));
+    let building = reconstruct(&court, &Parameters::default());
+    let solid = only_solid(&building);
+    assert_eq!(solid.faces.len(), 10);
+    assert!((solid.volume() - 220.0 * 7.0).abs() < 5.0, "{}", solid.volume());
+
+    let dormer = site(rectangle(12.0, 9.0), 0.3, |x, y| {
+        let roof = 9.0 - (y - 4.5).abs() * 0.9;
+        Some(if (4.0..7.0).contains(&x) && (0.8..4.0).contains(&y) { f64::max(roof, 8.2) } else { roof })
+    });
+    let building = reconstruct(&dormer, &Parameters::default());
+    let solid = only_solid(&building);
+    assert_eq!(count(solid, SurfaceType::Roof), 3);
+    assert!(building.measures.rmse_lod22.unwrap() < 0.25, "{:?}", building.measures);
+}
+
+#[test]
+fn the_same_site_gives_the_same_model_and_empty_sites_a_reason() {
+    let mut house = site(rectangle(12.0, 8.0), 0.5, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    let first = reconstruct(&house, &Parameters::default());
+    let second = reconstruct(&house, &Parameters::default());
+    assert_eq!(first.model.parts, second.model.parts);
+
+    house.points.truncate(2);
+    let sparse = reconstruct(&house, &Parameters::default());
+    assert_eq!(sparse.outcome, Outcome::Lod22);
+    assert_eq!(sparse.measures.roof_type, Some(RoofType::Flat));
+
+    house.points.clear();
+    let empty = reconstruct(&house, &Parameters::default());
+    assert_eq!(empty.outcome.reason().map(|(reason, _)| reason), Some(Reason::NoPoints));
+    assert!(empty.model.parts.is_empty() && empty.model.footprint.len() == 1);
+}
+
+#[test]
+fn no_roof_rises_above_the_evidence() {
+    // Half of the roof is missing; its slope must not shoot up over the gap.
+    let site = site(rectangle(20.0, 8.0), 0.35, |x, _| (x < 9.0).then_some(4.0 + 0.6 * x));
+    let building = reconstruct(&site, &Parameters::default());
+    let solid = only_solid(&building);
+    let top = (0..solid.vertices.len() as u32).map(|v| solid.point(v).z).fold(f64::NEG_INFINITY, f64::max);
+    assert!(top <= 4.0 + 0.6 * 9.0 + 0.5, "{top}");
+}
+
+#[test]
+fn a_single_object_without_a_footprint_closes() {
+    let mut house = site(rectangle(12.0, 8.0), 0.3, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    house.footprint = None;
+    let building = reconstruct(&house, &Parameters::default());
+    let solid = only_solid(&building);
+    let expected = 12.0 * (8.0 * 8.0 - 4.0 * 3.2);
+    assert!((solid.volume() / expected - 1.0).abs() < 0.1, "{} {expected}", solid.volume());
+}

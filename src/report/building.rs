@@ -1,0 +1,81 @@
+//! What became of one building.
+
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::building::{Building, Outcome};
+use crate::site::GroundSource;
+
+/// What became of one building.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct BuildingReport {
+    /// The id, exactly as in the footprint file (made unique where it was not).
+    pub id: String,
+    /// Whether LoD 2.2 was reached, and if not, why.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// Number of LoD 2.2 solids.
+    pub solids_lod22: usize,
+    /// Number of LoD 1.2 solids.
+    pub solids_lod12: usize,
+    /// Number of building points.
+    pub points: usize,
+    /// Number of planar primitives after refinement.
+    pub primitives: usize,
+    /// Number of cells of the complex.
+    pub cells: usize,
+    /// Where the ground height comes from.
+    pub ground: Option<GroundSource>,
+    /// Share of the footprint's area that the tiles cover, 0 to 1.
+    pub coverage: Option<f64>,
+    /// Root mean square of the vertical distances of the building points to the LoD 1.2 roof, metres.
+    pub rmse_lod12: Option<f64>,
+    /// Root mean square of the vertical distances of the building points to the LoD 2.2 roofs, metres.
+    pub rmse_lod22: Option<f64>,
+    /// val3dity codes of the LoD 2.2 solid that was rejected.
+    pub faults_lod22: Vec<u16>,
+    /// Wall time of the reconstruction in milliseconds.
+    pub wall_ms: f64,
+    /// Processor time of the reconstruction in milliseconds; where the system tells.
+    pub cpu_ms: Option<f64>,
+    /// What the reader of the result should know.
+    pub notes: Vec<String>,
+}
+
+impl BuildingReport {
+    /// The report of a building that took this much wall and processor time.
+    pub fn new(building: &Building, wall: Duration, cpu: Option<Duration>) -> Self {
+        let measures = &building.measures;
+        let milliseconds = |time: Duration| (time.as_secs_f64() * 1e6).round() / 1e3;
+        Self {
+            id: building.id.clone(),
+            outcome: building.outcome.clone(),
+            solids_lod22: building.model.lod22().count(),
+            solids_lod12: building.model.lod12().count(),
+            points: measures.points,
+            primitives: measures.primitives,
+            cells: measures.cells,
+            ground: measures.ground.map(|ground| ground.source),
+            coverage: measures.coverage.map(|coverage| coverage.share),
+            rmse_lod12: measures.rmse_lod12,
+            rmse_lod22: measures.rmse_lod22,
+            faults_lod22: measures.faults_lod22.clone(),
+            wall_ms: milliseconds(wall),
+            cpu_ms: cpu.map(milliseconds),
+            notes: building.notes.clone(),
+        }
+    }
+
+    /// Whether the building has a solid of any LoD.
+    pub fn has_model(&self) -> bool {
+        self.solids_lod22 > 0 || self.solids_lod12 > 0
+    }
+
+    /// Whether the building ought to have a model and has none: it holds points, or it could not even be told whether
+    /// it does.
+    pub fn lacks_model(&self) -> bool {
+        !self.has_model() && (self.points > 0 || matches!(self.outcome, Outcome::Rejected { .. }))
+    }
+}

@@ -1,0 +1,50 @@
+//! How good the models are, over all buildings.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::BuildingReport;
+
+/// How good the models are, over all buildings.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Quality {
+    /// Root mean square of the vertical distances of a building's points to its LoD 2.2 roofs, metres.
+    pub rmse_lod22: Option<Percentiles>,
+    /// The same to the LoD 1.2 roof.
+    pub rmse_lod12: Option<Percentiles>,
+}
+
+/// Percentiles over buildings, by nearest rank: each is the value of one of the buildings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Percentiles {
+    /// Number of buildings.
+    pub buildings: usize,
+    /// Median.
+    pub p50: f64,
+    /// 90th percentile.
+    pub p90: f64,
+    /// 99th percentile.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl Percentiles {
+    /// The percentiles of the finite ones of `values`; `None` if there are none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let rank = |percent: usize| sorted.get((sorted.len() * percent).div_ceil(100).saturating_sub(1)).copied();
+        Some(Self { buildings: sorted.len(), p50: rank(50)?, p90: rank(90)?, p99: rank(99)?, max: rank(100)? })
+    }
+}
+
+impl Quality {
+    /// The quality of these buildings.
+    pub fn of(buildings: &[BuildingReport]) -> Self {
+        Self {
+            rmse_lod22: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod22)),
+            rmse_lod12: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod12)),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What is to be done.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::error::{Error, Result};
+use crate::reconstruct::Parameters;
+use crate::segment::SegmentOptions;
+use crate::source::footprints::FootprintOptions;
+
+/// What is to be done. All but the tiles, the footprints and the output has a default.
+#[derive(Debug, Clone, Default)]
+pub struct Job {
+    /// LAS, LAZ and COPC files, folders of them, and glob patterns.
+    pub tiles: Vec<String>,
+    /// The footprints; `None` takes all points for a single object.
+    pub footprints: Option<FootprintSource>,
+    /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]).
+    pub output: PathBuf,
+    /// Whether files that exist are replaced.
+    pub overwrite: bool,
+    /// Where the report goes; `None` puts it next to the model.
+    pub report: Option<PathBuf>,
+    /// The CRS of the tiles, whatever they say.
+    pub crs: Option<String>,
+    /// Number of threads; `None` for one per processor.
+    pub threads: Option<NonZeroUsize>,
+    /// Which points belong to a building.
+    pub segmentation: SegmentOptions,
+    /// The parameters of the method.
+    pub parameters: Parameters,
+    /// The command line, for the report.
+    pub command: Vec<String>,
+}
+
+/// Where the footprints come from.
+#[derive(Debug, Clone)]
+pub struct FootprintSource {
+    /// The file.
+    pub path: PathBuf,
+    /// How to read it.
+    pub options: FootprintOptions,
+}
+
+impl Job {
+    /// The threads that do the work.
+    ///
+    /// # Errors
+    /// The system does not give that many.
+    pub(super) fn pool(&self) -> Result<ThreadPool> {
+        let threads = self.threads.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+        ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("gable-{i}"))
+            .build()
+            .map_err(|e| Error::io(format!("{threads} threads"), "start", std::io::Error::other(e)))
+    }
+}

@@ -1,0 +1,85 @@
+//! The driver: from files to a city model, over many buildings in parallel.
+//!
+//! [`run`] does a [`Job`] in four [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
+//! the points of each footprint, and reconstructs the buildings in parallel while writing them in the order of the
+//! footprints. It tells an [`Observer`] how far it is, and returns a [`Report`].
+//!
+//! What is written depends on the inputs and the parameters alone, not on the number of threads. A tile, a feature or a
+//! building that cannot be used is told and counted; only what leaves nothing to do is an error.
+
+mod buildings;
+mod guard;
+mod job;
+mod journal;
+mod observer;
+mod ordered;
+pub mod output;
+mod plan;
+mod single;
+mod tiles;
+mod write;
+
+use crate::building::Building;
+use crate::error::Result;
+use crate::reconstruct::reconstruct;
+use crate::report::{self, Quality, Report};
+use crate::site::Site;
+
+use journal::Journal;
+
+pub use job::{FootprintSource, Job};
+pub use observer::{Event, Observer, Silent, Stage};
+
+/// Does a job: reads, reconstructs, writes the model and the report.
+///
+/// # Errors
+/// What leaves nothing to do: bad options, no tile that can be read, no CRS or several, footprints that do not overlap
+/// the tiles, an output that exists or cannot be written, or an interruption before anything was written.
+pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
+    run_with(job, observer, |site| reconstruct(site, &job.parameters))
+}
+
+/// Does a job with another method.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(
+    job: &Job,
+    observer: &dyn Observer,
+    method: impl Fn(&Site) -> Building + Sync,
+) -> Result<Report> {
+    let started = report::now();
+    let mut journal = Journal::new(observer);
+    let pool = job.pool()?;
+    let mut plan = plan::plan(job, &mut journal)?;
+    let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
+    let done = write::write(job, &plan, tasks, &pool, &mut journal, method)?;
+    plan::warn_of_emptiness(job, &plan, &done.counts, &journal);
+
+    let quality = Quality::of(&done.buildings);
+    let exit_code = done.counts.verdict().exit_code();
+    let (warnings, stages, watch) = journal.close();
+    let report = Report {
+        gable: env!("CARGO_PKG_VERSION").to_owned(),
+        command: job.command.clone(),
+        started,
+        interrupted: done.counts.not_reached > 0,
+        exit_code,
+        crs: plan.crs_report,
+        inputs: plan.inputs,
+        parameters: job.parameters.clone(),
+        segmentation: job.segmentation.clone(),
+        counts: done.counts,
+        quality,
+        stages,
+        wall_seconds: watch.wall().as_secs_f64(),
+        cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
+        threads: pool.current_num_threads(),
+        peak_memory_bytes: report::peak_memory(),
+        outputs: [&plan.model, &plan.report].map(|path| path.display().to_string()).into(),
+        warnings,
+        buildings: done.buildings,
+    };
+    report.write(&plan.report)?;
+    Ok(report)
+}

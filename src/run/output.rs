@@ -1,0 +1,97 @@
+//! Where the model and the report go.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, InputError, Result};
+
+/// The extension of a model whose name is made up because the output is a folder.
+const DEFAULT_EXTENSION: &str = ".city.json";
+
+/// The file that the model goes to.
+///
+/// `output` is a folder if it is one already, if it ends with a separator, or if its name has no extension. Then the
+/// file in it is named after the tile if there is one, else after the footprints, else after the first tile, with
+/// `.city.json` behind it.
+pub fn model_path(output: &Path, tiles: &[PathBuf], footprints: Option<&Path>) -> PathBuf {
+    let ends_with_separator = output.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    if !ends_with_separator && !output.is_dir() && output.extension().is_some() {
+        return output.to_path_buf();
+    }
+    let source = match (tiles, footprints) {
+        ([tile], _) => tile.as_path(),
+        (_, Some(footprints)) => footprints,
+        (tiles, None) => tiles.first().map_or(Path::new("model"), PathBuf::as_path),
+    };
+    // What comes before the first dot: `a.copc.laz` gives `a`.
+    let name = source.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.split('.').find(|part| !part.is_empty()).unwrap_or("model");
+    output.join(format!("{stem}{DEFAULT_EXTENSION}"))
+}
+
+/// The file that the report goes to unless another is named: the name of the model with `.report.json` behind it.
+pub fn report_path(model: &Path) -> PathBuf {
+    let mut name: OsString = model.as_os_str().to_owned();
+    name.push(".report.json");
+    PathBuf::from(name)
+}
+
+/// Fails before hours of work rather than after them if a file is there already, and makes the folder it goes to.
+///
+/// # Errors
+/// The file exists and `overwrite` is off, is a folder, or its folder cannot be made.
+pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
+    if path.is_dir() {
+        return Err(InputError::new(path, "a folder", "the name of a file").into());
+    }
+    if !overwrite && path.exists() {
+        let fault = InputError::new(path, "a file of that name", "nothing, so that no result is lost");
+        return Err(fault.remedy("Give --overwrite to replace it, or another output").into());
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => {
+            std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(output: &Path, tiles: &[&str], footprints: Option<&str>) -> String {
+        let tiles: Vec<PathBuf> = tiles.iter().map(PathBuf::from).collect();
+        model_path(output, &tiles, footprints.map(Path::new)).to_string_lossy().into_owned()
+    }
+
+    #[test]
+    fn a_file_is_taken_as_it_is_and_a_folder_named_after_the_inputs() {
+        let file = Path::new("out/a.city.jsonl");
+        assert_eq!(name(file, &["t.laz"], None), "out/a.city.jsonl");
+        assert_eq!(name(Path::new("out/"), &["in/t.copc.laz"], Some("f.gpkg")), "out/t.city.json");
+        assert_eq!(name(Path::new("out"), &["t.laz", "u.laz"], Some("in/f.gpkg")), "out/f.city.json");
+        assert_eq!(name(Path::new("v1.2/"), &["t.laz", "u.laz"], None), "v1.2/t.city.json");
+        let folder = tempfile::Builder::new().suffix(".d").tempdir().unwrap();
+        let expected = folder.path().join("t.city.json");
+        assert_eq!(name(folder.path(), &["t.laz"], None), expected.to_string_lossy());
+    }
+
+    #[test]
+    fn the_report_stands_next_to_the_model() {
+        assert_eq!(report_path(Path::new("out/a.city.json")), Path::new("out/a.city.json.report.json"));
+    }
+
+    #[test]
+    fn an_existing_file_is_kept_unless_told_otherwise() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("new/a.city.json");
+        prepare(&file, false).unwrap();
+        assert!(file.parent().unwrap().is_dir(), "the folder was made");
+        std::fs::write(&file, "x").unwrap();
+        let message = prepare(&file, false).unwrap_err().to_string();
+        assert!(message.contains("--overwrite"), "{message}");
+        prepare(&file, true).unwrap();
+        assert!(prepare(folder.path(), true).is_err());
+    }
+}

@@ -1,0 +1,193 @@
+//! Reading the inputs: what there is, in which CRS, and where the result goes.
+
+use std::path::{Path, PathBuf};
+
+use rayon::ThreadPool;
+
+use super::buildings::Task;
+use super::job::Job;
+use super::journal::Journal;
+use super::observer::{Event, Observer, Stage};
+use super::{output, single, tiles};
+use crate::building::{Building, Measures, Outcome, Reason};
+use crate::error::{InputError, Result};
+use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
+use crate::segment::{Segmentation, segment};
+use crate::sink::Format;
+use crate::site::Frame;
+use crate::solid::Model;
+use crate::source::classes::class_name;
+use crate::source::crs::Crs;
+use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected};
+use crate::source::points::{self, Tile, TileProblem};
+
+/// What there is and where the result goes.
+pub(super) struct Plan {
+    pub tiles: Vec<Tile>,
+    pub crs: Crs,
+    pub crs_report: CrsReport,
+    /// The model's file.
+    pub model: PathBuf,
+    /// The report's file.
+    pub report: PathBuf,
+    /// What the model is of: the name of the footprint file, or of the only tile.
+    pub title: String,
+    pub inputs: Inputs,
+    footprints: Vec<Footprint>,
+    rejected: Vec<Rejected>,
+    /// Whether the only footprint stands in for one that there is not.
+    is_single: bool,
+}
+
+/// Reads headers and footprints and brings them into one CRS.
+///
+/// # Errors
+/// As [`super::run`], as far as it can be told before the points are read.
+pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
+    let paths = points::expand(&job.tiles)?;
+    let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
+    let model = output::model_path(&job.output, &paths, footprint_path);
+    // A report that stands next to the model belongs to it and is replaced with it.
+    let report = job.report.clone().unwrap_or_else(|| output::report_path(&model));
+    let files = paths.len() + usize::from(job.footprints.is_some());
+
+    journal.stage(Stage::Read, files as u64, |journal| {
+        Format::of(&model)?;
+        output::prepare(&model, job.overwrite)?;
+        output::prepare(&report, job.overwrite || job.report.is_none())?;
+        let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, journal)?;
+        let layer = job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
+        let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
+        let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
+        warnings.iter().for_each(|warning| journal.warn(warning));
+
+        let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
+        let title = stem(footprint_path.or_else(|| paths.first().map(PathBuf::as_path)).unwrap_or(&model));
+        let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
+        let (footprints, rejected, is_single) = if let Some(layer) = layer {
+            let (footprints, rejected, report) = bring(layer, &crs, journal)?;
+            inputs.footprints = Some(report);
+            journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
+            (footprints, rejected, false)
+        } else {
+            let footprint = single::stand_in(&tiles, &title, &job.segmentation)?;
+            (footprint.into_iter().collect(), Vec::new(), true)
+        };
+        Ok(Plan { tiles, crs, crs_report, model, report, title, inputs, footprints, rejected, is_single })
+    })
+}
+
+/// The name of a file up to its first dot.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.split('.').find(|part| !part.is_empty()).unwrap_or("model").to_owned()
+}
+
+/// Brings footprints into the CRS of the tiles and says what is odd about them.
+fn bring(
+    mut layer: FootprintLayer,
+    crs: &Crs,
+    journal: &Journal<'_>,
+) -> Result<(Vec<Footprint>, Vec<Rejected>, FootprintsReport)> {
+    let file = layer.path.display().to_string();
+    let own_crs = layer.crs.as_ref().map(tiles::label);
+    for warning in &layer.warnings {
+        journal.warn(&format!("{file}: {warning}"));
+    }
+    if layer.footprints.is_empty() && layer.rejected.is_empty() {
+        let fault = InputError::new(&layer.path, "no feature", "footprints of buildings");
+        return Err(fault.remedy("Check --layer and --filter").into());
+    }
+    for warning in layer.reproject(crs)? {
+        journal.warn(&warning);
+    }
+    if let Some(first) = layer.rejected.first() {
+        let (count, total) = (layer.rejected.len(), layer.rejected.len() + layer.footprints.len());
+        journal.warn(&format!(
+            "{file}: {count} of {total} features have no usable polygon and are written without geometry, the first of \
+             them {}: {}",
+            first.id, first.reason
+        ));
+    }
+    let report = FootprintsReport {
+        file,
+        footprints: layer.footprints.len(),
+        rejected: layer.rejected.len(),
+        crs: own_crs,
+        id_attribute: layer.id_attribute,
+    };
+    Ok((layer.footprints, layer.rejected, report))
+}
+
+/// Collects the points of each footprint, on the threads of `pool`.
+///
+/// # Errors
+/// What [`segment()`] says.
+pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<'_>) -> Result<Vec<Task>> {
+    let footprints = std::mem::take(&mut plan.footprints);
+    let total = plan.tiles.iter().map(|tile| tile.points).sum();
+    let Segmentation { sites, notes, counts, problems } = journal.stage(Stage::Segment, total, |journal| {
+        let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
+        pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
+    })?;
+    for problem in problems {
+        journal.warn(&problem.to_string());
+        let tile = tile_of(&problem).display().to_string();
+        let report = plan.inputs.tiles.iter_mut().find(|report| report.file == tile);
+        report.into_iter().for_each(|report| report.problems.push(problem.to_string()));
+    }
+    plan.inputs.points = counts;
+    let incomplete = sites.iter().filter(|site| !plan.is_single && !site.coverage.is_complete()).count();
+    if incomplete > 0 {
+        let total = sites.len();
+        journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
+    }
+    let mut tasks: Vec<Task> = sites
+        .into_iter()
+        .zip(notes)
+        .map(|(site, notes)| {
+            let site = if plan.is_single { single::without_footprint(site) } else { site };
+            Task::Reconstruct { site, notes }
+        })
+        .collect();
+    tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
+    Ok(tasks)
+}
+
+/// The tile that has the problem.
+fn tile_of(problem: &TileProblem) -> &Path {
+    match problem {
+        TileProblem::MissingPoints { tile, .. }
+        | TileProblem::AbsurdCoordinates { tile, .. }
+        | TileProblem::UnusableExtent { tile } => tile,
+    }
+}
+
+/// What is written of a feature without a usable polygon: its attributes and what is wrong with it.
+fn rejected(feature: Rejected, crs: &Crs) -> Task {
+    let Rejected { id, attributes, reason, .. } = feature;
+    Task::Keep(Box::new(Building {
+        id,
+        frame: Frame { origin: [0.0; 3], metres_per_unit: crs.metres_per_unit },
+        attributes,
+        model: Model::default(),
+        outcome: Outcome::Rejected { reason: Reason::NoPolygon, detail: reason },
+        measures: Measures::default(),
+        notes: Vec::new(),
+    }))
+}
+
+/// Says which classes there are when no footprint holds a point of those that were asked for.
+pub(super) fn warn_of_emptiness(job: &Job, plan: &Plan, counts: &Counts, journal: &Journal<'_>) {
+    if counts.with_points > 0 || counts.written == 0 {
+        return;
+    }
+    let classes = plan.inputs.points.classes.iter();
+    let classes: Vec<String> = classes.map(|(&class, n)| format!("{class} ({}): {n}", class_name(class))).collect();
+    journal.warn(&format!(
+        "no footprint holds a point of building class {}; points by class: {}; other classes are chosen by \
+         --building-class",
+        job.segmentation.building_classes,
+        if classes.is_empty() { "none".to_owned() } else { classes.join(", ") }
+    ));
+}

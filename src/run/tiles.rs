@@ -1,0 +1,134 @@
+//! Opening the tiles and agreeing on their CRS.
+
+use std::path::PathBuf;
+
+use super::observer::{Event, Observer, Stage};
+use crate::error::{InputError, Result};
+use crate::report::{CrsSource, TileReport};
+use crate::source::crs::Crs;
+use crate::source::points::Tile;
+
+/// The tiles that could be opened.
+#[derive(Debug)]
+pub struct OpenTiles {
+    /// The tiles, in the order of their paths.
+    pub tiles: Vec<Tile>,
+    /// One report per tile, those that could not be opened included.
+    pub reports: Vec<TileReport>,
+}
+
+/// Opens all tiles. One that cannot be opened is told to the observer and left out.
+///
+/// # Errors
+/// The fault of the first tile when none can be opened.
+pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
+    let mut open = OpenTiles { tiles: Vec::new(), reports: Vec::new() };
+    let mut first_fault = None;
+    for path in paths {
+        let mut report =
+            TileReport { file: path.display().to_string(), points: 0, crs: None, problems: Vec::new() };
+        match Tile::open(path) {
+            Ok(tile) => {
+                report.points = tile.points;
+                report.crs = tile.crs.as_ref().map(label);
+                open.tiles.push(tile);
+            }
+            Err(fault) => {
+                report.problems.push(fault.to_string());
+                if paths.len() > 1 {
+                    observer.event(Event::Warning(&format!("{fault}; the tile is left out")));
+                }
+                first_fault.get_or_insert(fault);
+            }
+        }
+        open.reports.push(report);
+        observer.event(Event::Advanced { stage: Stage::Read, by: 1 });
+    }
+    match first_fault {
+        Some(fault) if open.tiles.is_empty() => Err(fault),
+        _ => Ok(open),
+    }
+}
+
+/// The code of a CRS, or its name when it has none.
+pub fn label(crs: &Crs) -> String {
+    crs.code.clone().unwrap_or_else(|| crs.name.clone())
+}
+
+/// The CRS that the tiles agree on, or the one that the user named, and what the user should know about the choice.
+///
+/// `footprints` is the CRS of the footprints: never taken for that of the tiles, but worth a hint when theirs is unknown.
+///
+/// # Errors
+/// `option` cannot be understood; no tile names a CRS; two tiles name different ones; the CRS is geographic.
+pub fn agree_on_crs(
+    tiles: &[Tile],
+    option: Option<&str>,
+    footprints: Option<&Crs>,
+) -> Result<(Crs, CrsSource, Vec<String>)> {
+    let mut warnings = Vec::new();
+    let named = || tiles.iter().filter_map(|tile| Some((tile, tile.crs.as_ref()?)));
+    let (crs, source) = if let Some(text) = option {
+        let crs = Crs::parse(text)?;
+        if let Some((tile, own)) = named().find(|(_, own)| !is_same(own, &crs)) {
+            let tile = tile.path.display();
+            warnings.push(format!("--crs {} goes before {} of {tile}", label(&crs), label(own)));
+        }
+        (crs, CrsSource::Option)
+    } else {
+        let Some((first, crs)) = named().next() else { return Err(unknown(tiles, footprints).into()) };
+        if let Some((other, different)) = named().find(|(_, other)| !is_same(crs, other)) {
+            let fault = InputError::new(
+                &other.path,
+                different.to_string(),
+                format!("{crs} as in {}", first.path.display()),
+            );
+            return Err(fault.remedy("Reproject the tiles to one CRS, or give --crs if one of the two is wrong").into());
+        }
+        let nameless = tiles.iter().filter(|tile| tile.crs.is_none()).count();
+        if nameless > 0 {
+            warnings.push(format!(
+                "{nameless} of {} tiles name no CRS; they are taken to be in {} like the others",
+                tiles.len(),
+                label(crs)
+            ));
+        }
+        (crs.clone(), CrsSource::Tiles)
+    };
+    if crs.is_geographic {
+        let place = named().next().filter(|_| source == CrsSource::Tiles);
+        let file = place.map_or_else(|| PathBuf::from("--crs"), |(tile, _)| tile.path.clone());
+        let fault = InputError::new(file, format!("{crs}, whose units are degrees"), "a projected CRS");
+        let remedy = "Reproject the tiles first, for example with \
+                      `pdal translate in.laz out.laz reprojection --filters.reprojection.out_srs=EPSG:…`";
+        return Err(fault.remedy(remedy).into());
+    }
+    Ok((crs, source, warnings))
+}
+
+/// Whether two tiles mean the same system; one that comes without a code is taken by what it says.
+fn is_same(a: &Crs, b: &Crs) -> bool {
+    match (&a.code, &b.code) {
+        (Some(a), Some(b)) => a == b,
+        _ => a.metres_per_unit == b.metres_per_unit && a.is_same_horizontally(b),
+    }
+}
+
+fn unknown(tiles: &[Tile], footprints: Option<&Crs>) -> InputError {
+    let faulty = tiles.iter().find_map(|tile| Some((tile, tile.crs_fault.as_ref()?)));
+    let (tile, found) = match (faulty, tiles.first()) {
+        (Some((tile, fault)), _) => (tile.path.clone(), fault.clone()),
+        (None, Some(tile)) => (tile.path.clone(), "no coordinate reference system".to_owned()),
+        (None, None) => (PathBuf::from("tiles"), "none".to_owned()),
+    };
+    let hint = match footprints {
+        Some(crs) if !crs.is_geographic => {
+            format!("; the footprints are in {crs}: if the tiles are too, give --crs {}", label(crs))
+        }
+        _ => String::new(),
+    };
+    let expected = "a WKT record or GeoTIFF keys that name one";
+    InputError::new(tile, found, expected).remedy(format!(
+        "Give it with --crs, as in --crs EPSG:7415 (with heights if they have a datum){hint}"
+    ))
+}

@@ -1,0 +1,178 @@
+//! Shapefiles (ESRI White Paper, July 1998): `.shp` with `.dbf`, `.prj` and `.cpg` beside it.
+
+use std::fs::{self, File};
+use std::io::{BufReader, Cursor, Read};
+use std::path::Path;
+
+use ::shapefile::{PolygonRing, ReadableShape, Shape};
+use geo::{BoundingRect, Contains, Coord, LineString, Point, Polygon};
+use serde_json::Map;
+
+use super::dbf::Table;
+use super::format::{stem, with_extension};
+use super::outline::{Outline, Ring};
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use crate::error::{Error, InputError, Result};
+
+/// Bytes of the header of the file and of each record.
+const FILE_HEADER: u64 = 100;
+const RECORD_HEADER: usize = 8;
+
+/// Reads a shapefile. Record after record is cut out and judged by itself.
+pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
+    let mut info = LayerInfo { layer: stem(path), ..LayerInfo::default() };
+    let text_beside =
+        |extension: &str| with_extension(path, extension).and_then(|file| fs::read(file).ok()).map(|bytes| {
+            String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').trim().to_string()
+        });
+    match text_beside("prj") {
+        Some(definition) => info.crs = crs_of_file(path, &definition, options)?,
+        None if options.crs.is_none() => info.warnings.push("there is no .prj beside it: the reference system is unknown".into()),
+        None => {}
+    }
+    let mut table = match with_extension(path, "dbf") {
+        Some(dbf) => Some(Table::open(&dbf, text_beside("cpg").as_deref())?),
+        None => {
+            info.warnings.push("there is no .dbf beside it: features have no attributes".into());
+            None
+        }
+    };
+    if let Some(table) = &table {
+        info.columns.extend(table.columns().cloned());
+        info.warnings.extend(table.binary_columns().map(|name| format!("attribute `{name}` is binary and was left out")));
+    }
+    let mut deleted = 0;
+    let mut attributes_of_next = || table.as_mut().map(Table::next);
+    let mut hand_over = |record, outline| match record {
+        Some(Some(super::dbf::Record { is_deleted: true, .. })) => deleted += 1,
+        Some(Some(record)) => sink(RawFeature { attributes: record.attributes, outline }),
+        Some(None) | None => sink(RawFeature { attributes: Map::new(), outline }),
+    };
+    let mut records = Records::open(path)?;
+    while let Some(content) = records.next() {
+        hand_over(attributes_of_next(), content.and_then(|content| outline_of(&content)));
+    }
+    // What the table still has is missing from a file that is cut off.
+    while let Some(record @ Some(_)) = attributes_of_next() {
+        hand_over(Some(record), Err("its shape is missing from the .shp file".into()));
+    }
+    if deleted > 0 {
+        info.warnings.push(format!("{deleted} features are marked as deleted and were left out"));
+    }
+    Ok(info)
+}
+
+/// The records of a `.shp` file as bytes.
+struct Records {
+    file: BufReader<File>,
+    left: u64,
+}
+
+impl Records {
+    fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
+        let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
+        let mut file = BufReader::new(file);
+        let mut header = [0; FILE_HEADER as usize];
+        file.read_exact(&mut header)
+            .map_err(|_| InputError::new(path, "a file that is too short", "a shapefile with its header"))?;
+        Ok(Self { file, left: length - FILE_HEADER })
+    }
+
+    /// The content of the next record, an error where the file ends within it, `None` at the end.
+    fn next(&mut self) -> Option<Result<Vec<u8>, String>> {
+        let mut header = [0; RECORD_HEADER];
+        self.left = self.left.checked_sub(RECORD_HEADER as u64)?;
+        self.file.read_exact(&mut header).ok()?;
+        let [.., a, b, c, d] = header;
+        let length = 2 * u64::from(u32::from_be_bytes([a, b, c, d]));
+        let Some(left) = self.left.checked_sub(length) else {
+            self.left = 0;
+            return Some(Err("the .shp file ends within its shape".into()));
+        };
+        self.left = left;
+        let mut content = vec![0; usize::try_from(length).ok()?];
+        Some(self.file.read_exact(&mut content).map(|()| content).map_err(|e| format!("its shape cannot be read: {e}")))
+    }
+}
+
+fn outline_of(content: &[u8]) -> Result<Outline, String> {
+    let length = i32::try_from(content.len()).map_err(|_| "its shape is too large".to_string())?;
+    let shape = Shape::read_from(&mut Cursor::new(content), length)
+        .map_err(|error| format!("its shape cannot be understood: {error}"))?;
+    let rings = match shape {
+        Shape::Polygon(polygon) => plane(polygon.rings(), |p| (p.x, p.y)),
+        Shape::PolygonM(polygon) => plane(polygon.rings(), |p| (p.x, p.y)),
+        Shape::PolygonZ(polygon) => plane(polygon.rings(), |p| (p.x, p.y)),
+        Shape::NullShape => return Err("it has no geometry".into()),
+        Shape::Point(_) | Shape::PointM(_) | Shape::PointZ(_) => return Err(no_polygon("Point")),
+        Shape::Multipoint(_) | Shape::MultipointM(_) | Shape::MultipointZ(_) => return Err(no_polygon("MultiPoint")),
+        Shape::Polyline(_) | Shape::PolylineM(_) | Shape::PolylineZ(_) => return Err(no_polygon("LineString")),
+        Shape::Multipatch(_) => {
+            return Err("its geometry is a surface in space, not a polygon in the plane".into());
+        }
+    };
+    Ok(Outline { polygons: grouped(rings), notes: Vec::new() })
+}
+
+fn no_polygon(kind: &str) -> String {
+    format!("its geometry is a {kind}, not a polygon")
+}
+
+/// Rings without z and m; `true` for those that run as holes do.
+fn plane<P>(rings: &[PolygonRing<P>], xy: impl Fn(&P) -> (f64, f64)) -> Vec<(Ring, bool)> {
+    rings
+        .iter()
+        .map(|ring| {
+            let points = ring.points().iter().map(|p| Coord::from(xy(p))).collect();
+            (points, matches!(ring, PolygonRing::Inner(_)))
+        })
+        .collect()
+}
+
+/// Exteriors with their holes. A shapefile does not say which hole belongs where: it is the smallest exterior around
+/// it. A hole without one is an exterior that runs the wrong way.
+fn grouped(rings: Vec<(Ring, bool)>) -> Vec<Vec<Ring>> {
+    let (holes, exteriors): (Vec<_>, Vec<_>) = rings.into_iter().partition(|(_, is_hole)| *is_hole);
+    let mut polygons: Vec<Vec<Ring>> = exteriors.into_iter().map(|(ring, _)| vec![ring]).collect();
+    if let ([only], true) = (polygons.as_mut_slice(), holes.iter().all(|(ring, _)| is_finite(ring))) {
+        let (inside, outside): (Vec<_>, Vec<_>) =
+            holes.into_iter().map(|(ring, _)| ring).partition(|ring| is_inside(ring, &only[0]));
+        only.extend(inside);
+        polygons.extend(outside.into_iter().map(|ring| vec![ring]));
+        return polygons;
+    }
+    let mut without = Vec::new();
+    for (hole, _) in holes {
+        let around = polygons
+            .iter_mut()
+            .filter(|polygon| is_inside(&hole, &polygon[0]))
+            .min_by(|a, b| area_of_box(&a[0]).total_cmp(&area_of_box(&b[0])));
+        match around {
+            Some(polygon) => polygon.push(hole),
+            None => without.push(vec![hole]),
+        }
+    }
+    polygons.extend(without);
+    polygons
+}
+
+fn is_finite(ring: &Ring) -> bool {
+    ring.iter().all(|c| c.x.is_finite() && c.y.is_finite())
+}
+
+/// Whether the middle of some edge of a ring lies inside another; vertices may touch it.
+fn is_inside(ring: &Ring, exterior: &Ring) -> bool {
+    if !is_finite(ring) || !is_finite(exterior) {
+        return false;
+    }
+    let polygon = Polygon::new(LineString::new(exterior.clone()), Vec::new());
+    let bounds = polygon.bounding_rect();
+    ring.windows(2)
+        .map(|edge| Point::from((edge[0] + edge[1]) / 2.0))
+        .any(|middle| bounds.is_some_and(|b| b.contains(&middle)) && polygon.contains(&middle))
+}
+
+fn area_of_box(ring: &Ring) -> f64 {
+    LineString::new(ring.clone()).bounding_rect().map_or(0.0, |b| b.width() * b.height())
+}

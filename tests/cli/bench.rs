@@ -1,0 +1,154 @@
+//! The test bench: the built command, the bundled data, and small clouds made on the spot.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use las::{Builder, Point, Vlr, Writer};
+use serde_json::{Value, json};
+
+/// WKT of a system in degrees.
+pub const WGS84: &str = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563,AUTHORITY["EPSG","7030"]],AUTHORITY["EPSG","6326"]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433],AUTHORITY["EPSG","4326"]]"#;
+
+/// WKT of a system in metres that is not that of the Netherlands.
+pub const UTM31: &str = r#"PROJCS["ETRS89 / UTM zone 31N",GEOGCS["ETRS89",DATUM["European_Terrestrial_Reference_System_1989",SPHEROID["GRS 1980",6378137,298.257222101]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",3],PARAMETER["scale_factor",0.9996],PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1],AUTHORITY["EPSG","25831"]]"#;
+
+/// A file of the bundled data.
+pub fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data").join(name)
+}
+
+/// What a command left behind.
+pub struct Run {
+    /// Its exit code.
+    pub code: i32,
+    /// Its standard output.
+    pub out: String,
+    /// Its standard error.
+    pub err: String,
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code().expect("ended by a signal"),
+            out: String::from_utf8(output.stdout).unwrap(),
+            err: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+}
+
+/// The command with these arguments.
+pub fn command<A: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = A>) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gable"));
+    command.args(args);
+    command
+}
+
+/// Runs it.
+pub fn gable<A: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = A>) -> Run {
+    command(args).output().unwrap().into()
+}
+
+/// `gable reconstruct TILES --footprints FILE -o OUT REST`, blanks in `rest` part its arguments.
+pub fn reconstruct(tiles: &[&Path], footprints: &Path, out: &Path, rest: &str) -> Run {
+    let mut command = command(["reconstruct"]);
+    command.args(tiles).arg("--footprints").arg(footprints).arg("-o").arg(out).args(rest.split_whitespace());
+    command.output().unwrap().into()
+}
+
+/// The quick start.
+pub fn delft(out: &Path, rest: &str) -> Run {
+    reconstruct(&[&data("delft_ahn3.laz")], &data("footprints.geojson"), out, rest)
+}
+
+/// A JSON file.
+pub fn json_of(path: impl AsRef<Path>) -> Value {
+    let path = path.as_ref();
+    serde_json::from_slice(&std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
+}
+
+/// The report next to a model; it satisfies the checked-in schema.
+pub fn report_of(model: &Path) -> Value {
+    let report = json_of(format!("{}.report.json", model.display()));
+    let schema = json_of(Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas/report.schema.json"));
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let faults: Vec<String> = validator.iter_errors(&report).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+    report
+}
+
+/// South-west corner of the made-up neighbourhood, in the Dutch system.
+pub const CORNER: [f64; 2] = [85_000.0, 447_000.0];
+
+/// A made-up tile with a flat roof of class `class` at 6 m over [0, 10] × [0, 8] and ground at 0 m around it, two
+/// points per metre each way.
+pub fn write_house(path: &Path, wkt: Option<&str>, class: u8) {
+    let mut points = Vec::new();
+    for i in -20..40 {
+        for j in -20..36 {
+            let (x, y) = (f64::from(i) * 0.5 + 0.25, f64::from(j) * 0.5 + 0.25);
+            let roof = (0.0..10.0).contains(&x) && (0.0..8.0).contains(&y);
+            let (z, class) = if roof { (6.0, class) } else { (0.0, 2) };
+            points.push((CORNER[0] + x, CORNER[1] + y, z, class));
+        }
+    }
+    write_tile(path, wkt, &points);
+}
+
+/// A made-up tile: x, y, z and class of each point.
+pub fn write_tile(path: &Path, wkt: Option<&str>, points: &[(f64, f64, f64, u8)]) {
+    let mut builder = Builder::from((1, 4));
+    builder.point_format = las::point::Format::new(6).unwrap();
+    builder.point_format.is_compressed = path.extension().is_some_and(|e| e == "laz");
+    let (offset_x, offset_y) = points.first().map_or((0.0, 0.0), |p| (p.0.floor(), p.1.floor()));
+    builder.transforms = las::Vector {
+        x: las::Transform { scale: 0.001, offset: offset_x },
+        y: las::Transform { scale: 0.001, offset: offset_y },
+        z: las::Transform { scale: 0.001, offset: 0.0 },
+    };
+    if let Some(wkt) = wkt {
+        builder.has_wkt_crs = true;
+        builder.vlrs.push(Vlr {
+            user_id: "LASF_Projection".into(),
+            record_id: 2112,
+            description: "WKT".into(),
+            data: wkt.as_bytes().to_vec(),
+        });
+    }
+    let mut writer = Writer::from_path(path, builder.into_header().unwrap()).unwrap();
+    for &(x, y, z, class) in points {
+        let classification = las::point::Classification::new(class).unwrap();
+        writer.write_point(Point { x, y, z, classification, gps_time: Some(0.0), ..Point::default() }).unwrap();
+    }
+    writer.close().unwrap();
+}
+
+/// A GeoJSON file in the Dutch system: features of an id and a geometry.
+pub fn write_footprints(path: &Path, features: &[(&str, Value)]) {
+    let features: Vec<Value> = features
+        .iter()
+        .map(|(id, geometry)| json!({"type": "Feature", "properties": {"id": id}, "geometry": geometry}))
+        .collect();
+    let crs = json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::28992"}});
+    let file = json!({"type": "FeatureCollection", "crs": crs, "features": features});
+    std::fs::write(path, file.to_string()).unwrap();
+}
+
+/// A rectangle in the made-up neighbourhood.
+pub fn rectangle(west: f64, south: f64, east: f64, north: f64) -> Value {
+    let ring = [[west, south], [east, south], [east, north], [west, north], [west, south]];
+    let ring: Vec<_> = ring.iter().map(|c| [c[0] + CORNER[0], c[1] + CORNER[1]]).collect();
+    json!({"type": "Polygon", "coordinates": [ring]})
+}
+
+/// A line in the made-up neighbourhood: no footprint.
+pub fn line() -> Value {
+    json!({"type": "LineString", "coordinates": [CORNER, [CORNER[0] + 5.0, CORNER[1]]]})
+}
+
+/// Asserts that `text` contains each of `parts`.
+pub fn assert_says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{part:?} is not in:\n{text}");
+    }
+}
