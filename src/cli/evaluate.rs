@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use super::Outcome;
 use super::output::{print, say, table, thousands};
 use crate::error::{Error, InputError, Result};
 use crate::evaluate::{
@@ -15,40 +16,57 @@ use crate::source::points;
 /// How many buildings the table names; the JSON file has all.
 const NAMED: usize = 10;
 
-/// The arguments of `gable evaluate`.
+const EXAMPLES: &str = "\
+Examples:
+  How many faces has it, and are its solids valid?
+    gable evaluate city.city.json
+  How well does it fit the points it was made from?
+    gable evaluate city.city.json --points tiles/*.laz --json figures.json
+  How far is it from another model of the same buildings?
+    gable evaluate city.city.json --reference other.city.jsonl";
+
+/// What `gable evaluate` takes.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// CityJSON (1.0 to 2.0) or CityJSONSeq file
-    pub model: PathBuf,
-    /// Tiles whose building points are compared with the roofs: files, folders or glob patterns
+    model: PathBuf,
+
+    /// Tiles whose building points are compared with the model: files, folders or glob patterns
     #[arg(long, num_args = 1.., value_name = "TILES")]
-    pub points: Vec<String>,
+    points: Vec<String>,
+
     /// City model to compare with; buildings are matched by id
     #[arg(long, value_name = "FILE")]
-    pub reference: Option<PathBuf>,
+    reference: Option<PathBuf>,
+
     /// Classes of the building points
     #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
-    pub building_class: Vec<u8>,
+    building_class: Vec<u8>,
+
     /// Level of detail that is measured, in the model and in the reference
     #[arg(long, default_value = "2.2")]
-    pub lod: String,
+    lod: String,
+
     /// Level of detail of the reference, where it differs
     #[arg(long, value_name = "LOD", requires = "reference")]
-    pub reference_lod: Option<String>,
+    reference_lod: Option<String>,
+
     /// Write all figures, building by building, to this JSON file
     #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    json: Option<PathBuf>,
 }
 
 /// Runs the command; what is wrong with tiles goes to standard error.
 ///
 /// # Errors
 /// A file cannot be read or written, or the model, the tiles and the reference are not in one CRS.
-pub fn main(args: &Args) -> Result<u8> {
+pub fn main(args: &Args) -> Outcome {
     let model = read_shapes(&args.model, &args.lod, None)?;
     let points = if args.points.is_empty() { None } else { Some(measure(&model, args)?) };
     let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
-    let evaluation = Evaluation::new(&model.shapes, None, points, reference.as_ref().map(|r| r.shapes.as_slice()));
+    let evaluation =
+        Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
     if let Some(path) = &args.json {
         write_json(path, &evaluation)?;
     }
@@ -134,6 +152,7 @@ fn complexity(overall: &Overall) -> Vec<Vec<String>> {
         row("solids", number(overall.solids)),
     ];
     rows.extend(overall.valid_solids.map(|valid| row("  valid", number(valid))));
+    rows.extend(overall.faults.iter().map(|(fault, &solids)| row(&format!("  fault {fault}"), number(solids))));
     rows.push(row("faces per solid, mean / median", typical(overall.faces)));
     rows.push(row("  coplanar ones merged", typical(overall.merged_faces)));
     rows.push(row("  triangles", typical(overall.triangles)));
