@@ -75,7 +75,7 @@ fn footprints_in_degrees_are_brought_to_the_tiles() {
     assert_eq!(run.code, 0, "{}{}", run.out, run.err);
     let report = report_of(&out);
     assert_eq!(report["counts"]["written"], 71);
-    assert_eq!(report["inputs"]["footprints"]["crs"], "EPSG:4326");
+    assert_eq!(report["inputs"]["footprints"]["crs"], "OGC:CRS84");
     assert!(report["counts"]["points"].as_u64().unwrap() > 30_000);
 }
 
@@ -132,8 +132,21 @@ fn no_building_at_all_is_exit_code_1_and_says_which_classes_there_are() {
     let folder = house(1);
     let run = house_run(folder.path(), "");
     assert_eq!(run.code, 1, "{}{}", run.out, run.err);
-    assert_says(&run.err, &["no point of class 6", "class 1 (unclassified)", "class 2 (ground)", "--building-class"]);
-    assert_eq!(report_of(&folder.path().join("out.city.json"))["exit_code"], 1);
+    assert_says(&run.err, &["no point of building class 6", "1 (320 points)", "2 (3040 points)", "--building-class"]);
+    assert!(!folder.path().join("out.city.json").exists());
+}
+
+#[test]
+fn footprints_without_a_single_building_point_are_exit_code_1() {
+    let folder = house(6);
+    let beside = [("1", rectangle(12.0, 1.0, 16.0, 5.0)), ("2", rectangle(12.0, 8.0, 16.0, 12.0))];
+    write_footprints(&folder.path().join("footprints.geojson"), &beside);
+    let run = house_run(folder.path(), "");
+    assert_eq!(run.code, 1, "{}{}", run.out, run.err);
+    assert_says(&run.err, &["no footprint holds a point of building class 6", "6 (building): 320", "--building-class"]);
+    let report = report_of(&folder.path().join("out.city.json"));
+    assert_eq!((&report["exit_code"], &report["counts"]["written"]), (&1.into(), &2.into()));
+    assert_eq!(report["counts"]["skipped"]["no-points"], 2);
 }
 
 #[test]
@@ -179,6 +192,8 @@ fn a_report_goes_where_it_is_told() {
     let run = house_run(folder.path(), &format!("--report {}", report.display()));
     assert_eq!(run.code, 0, "{}", run.err);
     assert_eq!(json_of(&report)["exit_code"], 0);
+    let run = house_run(folder.path(), &format!("--overwrite --report {}", folder.path().join("out.city.json").display()));
+    assert_eq!(run.code, 1, "the report would replace the model");
     assert!(!folder.path().join("out.city.json.report.json").exists());
 }
 
