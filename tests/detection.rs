@@ -1,5 +1,8 @@
 //! Both detectors on real buildings: how much of the roofs they explain, with how many planes, in what time.
 
+// The loader of the fixture stands outside the test functions, where clippy's exception for tests does not reach.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,7 +12,7 @@ use geo::{BoundingRect, Contains, Polygon};
 use nalgebra::Point3;
 
 /// The class-6 points in each footprint of the quick start, local to its first corner; `None` without the data.
-pub fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
+fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/delft-quickstart"));
     if !folder.exists() {
         println!("skipped: shared data not found");

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Without `--id`, `--worst` or `--each` the whole neighbourhood is one picture; with them every building gets its own
-//! on a contact sheet. Roofs are red, walls grey, the ground brown, undersides green; a building without a model is a
-//! blue footprint. Points are green on their roof, red above and blue below it (full colour at half a metre), black where
-//! there is no roof.
+//! on a contact sheet. Roofs are red, walls grey, the ground brown, undersides green; blue is the roof
+//! of the LoD 1.2 block, or the footprint, where the level of detail is missing. Points are green on their roof, red above
+//! and blue below it (full colour at half a metre), black where there is no roof.
 
 mod camera;
 mod canvas;
@@ -16,6 +16,7 @@ mod scene;
 mod sheet;
 mod text;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use gable::evaluate::{DistanceSummary, ModelFile, Shape, TileFilter, count_faces, read_shapes, stream_points};
 use nalgebra::Point3;
-use scene::{View, on_shape, picture};
+use scene::{Subject, View, on_shape, picture};
 use sheet::{Tile, contact_sheet};
 
 /// Pictures of the buildings of a CityJSON or CityJSONSeq file, as PNG.
@@ -83,17 +84,17 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     let model = read_shapes(&options.model, &options.lod, None)?;
     let points = points_of(options, &model)?;
     let height = (options.size as f64 * options.aspect.clamp(0.1, 10.0)) as usize;
-    let view =
-        View { azimuth: options.azimuth, elevation: options.elevation, size: [options.size, height], floor: true };
-    let chosen = choose(&model.shapes, &points, options)?;
+    let view = View { azimuth: options.azimuth, elevation: options.elevation, size: [options.size, height] };
+    let subjects = with_blocks(model, options);
+    let chosen = choose(&subjects, &points, options)?;
     let image = match chosen {
         None => {
-            let all: Vec<&Shape> = model.shapes.iter().collect();
-            let drawn: Vec<_> = all.iter().flat_map(|shape| on_shape(shape, &points)).collect();
+            let all: Vec<&Subject> = subjects.iter().collect();
+            let drawn: Vec<_> = all.iter().flat_map(|subject| on_shape(&subject.shape, &points)).collect();
             picture(&all, &drawn, view)
         }
-        Some(shapes) => {
-            let tiles: Vec<Tile> = shapes.iter().map(|shape| tile(shape, &points, view, options.views)).collect();
+        Some(chosen) => {
+            let tiles: Vec<Tile> = chosen.iter().map(|subject| tile(subject, &points, view, options.views)).collect();
             contact_sheet(&tiles)
         }
     };
@@ -101,6 +102,20 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     image.save_png(&options.output)?;
     println!("{}: {} × {} pixels", options.output.display(), image.width(), image.height());
     Ok(())
+}
+
+/// The buildings of the model, with LoD 1.2 blocks for those that lack the level of detail.
+fn with_blocks(model: ModelFile, options: &Options) -> Vec<Subject> {
+    let has_gaps = model.shapes.iter().any(|shape| shape.faces.is_empty());
+    // A file without any block shows its footprints instead.
+    let blocks = has_gaps.then(|| read_shapes(&options.model, "1.2", Some(model.frame)).ok()).flatten();
+    let blocks: BTreeMap<String, Shape> =
+        blocks.into_iter().flat_map(|model| model.shapes).map(|shape| (shape.id.clone(), shape)).collect();
+    let subject = |shape: Shape| {
+        let block = if shape.faces.is_empty() { blocks.get(&shape.id) } else { None };
+        Subject { is_fallback: block.is_some(), shape: block.cloned().unwrap_or(shape) }
+    };
+    model.shapes.into_iter().map(subject).collect()
 }
 
 /// The points of the tiles that the options name, in the frame of the model.
@@ -120,29 +135,32 @@ fn points_of(options: &Options, model: &ModelFile) -> Result<Vec<Point3<f64>>, B
 
 /// The buildings that the options ask for; `None` when they ask for the neighbourhood as a whole.
 fn choose<'a>(
-    shapes: &'a [Shape],
+    subjects: &'a [Subject],
     points: &[Point3<f64>],
     options: &Options,
-) -> Result<Option<Vec<&'a Shape>>, Box<dyn Error>> {
+) -> Result<Option<Vec<&'a Subject>>, Box<dyn Error>> {
     if let Some(count) = options.worst {
-        let mut ranked: Vec<(f64, &Shape)> = shapes
+        let mut ranked: Vec<(f64, &Subject)> = subjects
             .iter()
-            .filter_map(|shape| {
-                let distances = on_shape(shape, points).into_iter().map(|(_, d)| d.unwrap_or(100.0) as f32);
-                Some((DistanceSummary::of(distances)?.p90, shape))
+            .filter_map(|subject| {
+                let distances = on_shape(&subject.shape, points).into_iter().map(|(_, d)| d.unwrap_or(100.0) as f32);
+                Some((DistanceSummary::of(distances)?.p90, subject))
             })
             .collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.id.cmp(&b.1.id)));
-        return Ok(Some(ranked.into_iter().take(count).map(|(_, shape)| shape).collect()));
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.shape.id.cmp(&b.1.shape.id)));
+        return Ok(Some(ranked.into_iter().take(count).map(|(_, subject)| subject).collect()));
     }
     if options.each {
-        return Ok(Some(shapes.iter().collect()));
+        return Ok(Some(subjects.iter().collect()));
     }
     if options.id.is_empty() {
         return Ok(None);
     }
     let find = |id: &String| {
-        shapes.iter().find(|s| s.id == *id).or_else(|| shapes.iter().find(|s| s.id.ends_with(id.as_str())))
+        subjects
+            .iter()
+            .find(|s| s.shape.id == *id)
+            .or_else(|| subjects.iter().find(|s| s.shape.id.ends_with(id.as_str())))
     };
     options
         .id
@@ -153,11 +171,12 @@ fn choose<'a>(
 }
 
 /// Pictures of one building with its figures.
-fn tile(shape: &Shape, points: &[Point3<f64>], view: View, views: usize) -> Tile {
+fn tile(subject: &Subject, points: &[Point3<f64>], view: View, views: usize) -> Tile {
+    let shape = &subject.shape;
     let points = on_shape(shape, points);
     let pictures = (0..views.max(1)).filter_map(|turn| {
         let azimuth = view.azimuth + 360.0 * turn as f64 / views.max(1) as f64;
-        picture(&[shape], &points, View { azimuth, ..view })
+        picture(&[subject], &points, View { azimuth, ..view })
     });
     let faces = count_faces(shape);
     let [total, merged] = [faces.iter().map(|c| c.faces).sum::<usize>(), faces.iter().map(|c| c.merged).sum()];
@@ -165,7 +184,8 @@ fn tile(shape: &Shape, points: &[Point3<f64>], view: View, views: usize) -> Tile
     caption.push(if shape.faces.is_empty() {
         "no model".to_owned()
     } else {
-        format!("{} solid(s), {total} faces ({merged} merged), {:.0} m3", faces.len(), shape.volume())
+        let level = if subject.is_fallback { "LoD 1.2, " } else { "" };
+        format!("{level}{} solid(s), {total} faces ({merged} merged), {:.0} m3", faces.len(), shape.volume())
     });
     if !points.is_empty() {
         let bare = points.iter().filter(|(_, d)| d.is_none()).count();

@@ -17,20 +17,29 @@ pub struct View {
     pub elevation: f64,
     /// Width and height in pixels.
     pub size: [usize; 2],
-    /// Whether a floor is drawn and shadows fall on it.
-    pub floor: bool,
 }
 
 /// A laser point and its height over the roof below or above it.
 pub type ScannedPoint = (Point3<f64>, Option<f64>);
 
-/// Takes a picture of the shapes, with points over them.
-pub fn picture(shapes: &[&Shape], points: &[ScannedPoint], view: View) -> Option<Pixmap> {
+/// A building to draw.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// Its shape.
+    pub shape: Shape,
+    /// Whether it is a block for want of the level of detail that was asked for.
+    pub is_fallback: bool,
+}
+
+/// Takes a picture of the subjects, with points over them.
+pub fn picture(subjects: &[&Subject], points: &[ScannedPoint], view: View) -> Option<Pixmap> {
+    let shapes: Vec<&Shape> = subjects.iter().map(|subject| &subject.shape).collect();
     let mut canvas = Canvas::new(view.size, srgb([250, 250, 248]));
     let seen = || {
         shapes
             .iter()
             .flat_map(|s| s.faces.iter().flat_map(|f| f.rings.iter().flatten()).chain(s.outline.iter().flatten()))
+            .chain(points.iter().map(|(p, _)| p))
     };
     let dot = canvas.oversampling();
     let camera = Camera::at(view.azimuth, view.elevation).fit(seen(), canvas.samples(), 12.0 * dot);
@@ -38,20 +47,17 @@ pub fn picture(shapes: &[&Shape], points: &[ScannedPoint], view: View) -> Option
     let lamp_azimuth = view.azimuth + 65.0;
     let mut light = Canvas::new([1000, 1000], [0.0; 3]);
     let lamp = Camera::at(lamp_azimuth, 42.0).fit(seen(), light.samples(), 4.0);
-    if view.floor {
-        for triangle in floor(shapes) {
-            canvas.face(&camera, &triangle, srgb([250, 249, 245]), 1.0);
-        }
+    for triangle in floor(&shapes) {
+        canvas.face(&camera, &triangle, srgb([250, 249, 245]), 1.0);
     }
-    for shape in shapes {
+    for Subject { shape, is_fallback } in subjects {
         for (triangle, face) in &shape.triangles {
-            canvas.face(&camera, triangle, colour_of(shape.kind(*face)), facing(triangle, &lamp));
+            canvas.face(&camera, triangle, colour_of(shape.kind(*face), *is_fallback), facing(triangle, &lamp));
             light.face(&lamp, triangle, [0.0; 3], 1.0);
         }
         if shape.faces.is_empty() {
-            // A building without a model lies flat in a colour that no surface has.
             for triangle in &shape.outline {
-                canvas.face(&camera, &triangle.map(|p| p + Vector3::z() * 0.02), srgb([120, 130, 200]), 1.0);
+                canvas.face(&camera, &triangle.map(|p| p + Vector3::z() * 0.02), srgb(MISSING), 1.0);
             }
         }
     }
@@ -74,9 +80,13 @@ pub fn picture(shapes: &[&Shape], points: &[ScannedPoint], view: View) -> Option
     canvas.finish()
 }
 
+/// Where the level of detail that was asked for is missing: a colour that no surface has.
+const MISSING: [u8; 3] = [120, 130, 200];
+
 /// Colours of the semantic surfaces.
-fn colour_of(kind: SurfaceType) -> Colour {
+fn colour_of(kind: SurfaceType, is_fallback: bool) -> Colour {
     srgb(match kind {
+        SurfaceType::Roof if is_fallback => MISSING,
         SurfaceType::Roof => [222, 92, 62],
         SurfaceType::Wall => [226, 224, 220],
         SurfaceType::Ground => [139, 101, 62],

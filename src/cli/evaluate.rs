@@ -4,9 +4,8 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-
-use super::output::{print, table, thousands};
+use super::Outcome;
+use super::output::{print, say, table, thousands};
 use crate::error::{Error, InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
@@ -17,40 +16,57 @@ use crate::source::points;
 /// How many buildings the table names; the JSON file has all.
 const NAMED: usize = 10;
 
-/// Measure a city model: its faces, and its distance to points and to a reference model
-#[derive(Debug, Args)]
-pub struct EvaluateArgs {
+const EXAMPLES: &str = "\
+Examples:
+  How many faces has it, and are its solids valid?
+    gable evaluate city.city.json
+  How well does it fit the points it was made from?
+    gable evaluate city.city.json --points tiles/*.laz --json figures.json
+  How far is it from another model of the same buildings?
+    gable evaluate city.city.json --reference other.city.jsonl";
+
+/// What `gable evaluate` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
     /// CityJSON (1.0 to 2.0) or CityJSONSeq file
-    pub model: PathBuf,
-    /// Tiles whose building points are compared with the roofs: files, folders or glob patterns
+    model: PathBuf,
+
+    /// Tiles whose building points are compared with the model: files, folders or glob patterns
     #[arg(long, num_args = 1.., value_name = "TILES")]
-    pub points: Vec<String>,
+    points: Vec<String>,
+
     /// City model to compare with; buildings are matched by id
     #[arg(long, value_name = "FILE")]
-    pub reference: Option<PathBuf>,
+    reference: Option<PathBuf>,
+
     /// Classes of the building points
     #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
-    pub building_class: Vec<u8>,
+    building_class: Vec<u8>,
+
     /// Level of detail that is measured, in the model and in the reference
     #[arg(long, default_value = "2.2")]
-    pub lod: String,
+    lod: String,
+
     /// Level of detail of the reference, where it differs
     #[arg(long, value_name = "LOD", requires = "reference")]
-    pub reference_lod: Option<String>,
+    reference_lod: Option<String>,
+
     /// Write all figures, building by building, to this JSON file
     #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    json: Option<PathBuf>,
 }
 
 /// Runs the command; what is wrong with tiles goes to standard error.
 ///
 /// # Errors
 /// A file cannot be read or written, or the model, the tiles and the reference are not in one CRS.
-pub fn run(args: &EvaluateArgs) -> Result<u8> {
+pub fn main(args: &Args) -> Outcome {
     let model = read_shapes(&args.model, &args.lod, None)?;
     let points = if args.points.is_empty() { None } else { Some(measure(&model, args)?) };
     let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
-    let evaluation = Evaluation::new(&model.shapes, None, points, reference.as_ref().map(|r| r.shapes.as_slice()));
+    let evaluation =
+        Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
     if let Some(path) = &args.json {
         write_json(path, &evaluation)?;
     }
@@ -58,35 +74,39 @@ pub fn run(args: &EvaluateArgs) -> Result<u8> {
     Ok(0)
 }
 
-fn measure(model: &ModelFile, args: &EvaluateArgs) -> Result<(Agreement, Vec<Agreement>)> {
+fn measure(model: &ModelFile, args: &Args) -> Result<(Agreement, Vec<Agreement>)> {
     let tiles = points::expand(&args.points)?;
     let mut meter = PointMeter::new(&model.shapes);
     let filter = TileFilter { classes: &args.building_class, frame: model.frame, crs: model.crs.as_ref() };
     for problem in meter.add_tiles(&tiles, filter)? {
-        eprintln!("warning: {problem}");
+        say(&format!("warning: {problem}"));
     }
     let found = meter.finish();
     if found.0.points == 0 {
         let classes: Vec<String> = args.building_class.iter().map(u8::to_string).collect();
-        eprintln!(
+        say(&format!(
             "warning: no point of class {} lies on a building of {}: is --building-class right, and are model and tiles \
              in the same CRS?",
             classes.join(" or "),
             args.model.display()
-        );
+        ));
     }
     Ok(found)
 }
 
-fn read_reference(path: &Path, model: &ModelFile, args: &EvaluateArgs) -> Result<ModelFile> {
+fn read_reference(path: &Path, model: &ModelFile, args: &Args) -> Result<ModelFile> {
     let lod = args.reference_lod.as_ref().unwrap_or(&args.lod);
     let reference = read_shapes(path, lod, Some(model.frame))?;
     if let (Some(ours), Some(theirs)) = (&model.crs, &reference.crs)
         && !ours.is_same_horizontally(theirs)
     {
-        return Err(InputError::new(path, format!("the CRS {}", theirs.name), format!("{}, that of the model", ours.name))
-            .remedy("Compare models in one CRS")
-            .into());
+        return Err(InputError::new(
+            path,
+            format!("the CRS {}", theirs.name),
+            format!("{}, that of the model", ours.name),
+        )
+        .remedy("Compare models in one CRS")
+        .into());
     }
     Ok(reference)
 }
@@ -132,6 +152,7 @@ fn complexity(overall: &Overall) -> Vec<Vec<String>> {
         row("solids", number(overall.solids)),
     ];
     rows.extend(overall.valid_solids.map(|valid| row("  valid", number(valid))));
+    rows.extend(overall.faults.iter().map(|(fault, &solids)| row(&format!("  fault {fault}"), number(solids))));
     rows.push(row("faces per solid, mean / median", typical(overall.faces)));
     rows.push(row("  coplanar ones merged", typical(overall.merged_faces)));
     rows.push(row("  triangles", typical(overall.triangles)));
@@ -155,7 +176,7 @@ fn agreement(points: &Agreement, overall: &Overall) -> Vec<Vec<String>> {
     };
     distances("vertical distance to the roof", points.vertical);
     distances("distance to the nearest face", points.orthogonal);
-    rows.push(row("roof above (−) or below (+) the points", metres(points.vertical.map(|v| v.offset))));
+    rows.push(row("point over its roof, signed median", metres(points.vertical.map(|v| v.offset))));
     if let Some(tops) = overall.tops {
         rows.push(row("tops over the highest point", format!("of {} buildings", number(tops.buildings))));
         rows.push(row("  by more than 0.5 m", number(tops.above_0_5)));
@@ -176,7 +197,10 @@ fn against_reference(reference: &OverallReference) -> Vec<Vec<String>> {
         row("  the least of them", ratio(reference.least_volume_iou)),
         row("  Hausdorff distance", metres(reference.hausdorff)),
         row("  symmetric mean Hausdorff distance", metres(reference.symmetric_mean)),
-        row("  the same over the largest side", reference.relative_symmetric_mean.map_or_else(|| "–".to_owned(), share)),
+        row(
+            "  the same over the largest side",
+            reference.relative_symmetric_mean.map_or_else(|| "–".to_owned(), share),
+        ),
     ];
     rows.push(row("  top over that of the reference", metres(reference.top_offset)));
     rows.push(row("  bottom over that of the reference", metres(reference.ground_offset)));
@@ -195,7 +219,8 @@ fn worst(buildings: &[BuildingEvaluation]) -> String {
         return String::new();
     }
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2}"));
-    let mut rows = vec![["least agreement", "faces", "points", "median", "p90", "top", "IoU"].map(str::to_owned).to_vec()];
+    let mut rows =
+        vec![["least agreement", "faces", "points", "median", "p90", "top", "IoU"].map(str::to_owned).to_vec()];
     rows.extend(ranked.into_iter().take(NAMED).map(|(_, b)| {
         let vertical = b.points.and_then(|p| p.vertical);
         vec![

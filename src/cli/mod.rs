@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model |
 
+mod evaluate;
 mod flags;
 mod info;
 mod interrupt;
@@ -30,6 +31,8 @@ Examples:
     gable info tiles/ footprints.gpkg
   A city model of the buildings in these footprints:
     gable reconstruct tiles/*.laz --footprints footprints.gpkg -o city.city.json
+  How well does it fit the points?
+    gable evaluate city.city.json --points tiles/*.laz
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -56,6 +59,8 @@ enum Command {
     Reconstruct(Box<reconstruct::Args>),
     /// Say what is in tiles and footprint files
     Info(info::Args),
+    /// Measure a city model: its faces and faults, its distance to points and to a reference model
+    Evaluate(evaluate::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -72,6 +77,7 @@ pub fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),
         Command::Info(args) => info::main(&args),
+        Command::Evaluate(args) => evaluate::main(&args),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

@@ -7,8 +7,11 @@ use rstar::{AABB, RTree};
 /// Triangles that are not vertical, indexed by their projection on the xy-plane.
 #[derive(Debug, Clone)]
 pub struct Cover {
-    tree: RTree<GeomWithData<Rectangle<[f64; 2]>, [Point3<f64>; 3]>>,
+    tree: RTree<Projected>,
 }
+
+/// A triangle with the rectangle around its projection.
+type Projected = GeomWithData<Rectangle<[f64; 2]>, [Point3<f64>; 3]>;
 
 impl Cover {
     /// Indexes the triangles; those whose projection has no area are left out, since they lie over no point.

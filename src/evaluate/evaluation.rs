@@ -81,6 +81,9 @@ pub struct Overall {
     /// Solids without a fault; absent when validity was not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub valid_solids: Option<usize>,
+    /// Number of solids with each fault: val3dity codes, or what keeps a geometry from being a solid of one shell.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub faults: BTreeMap<String, usize>,
     /// Faces per solid as the model has them.
     pub faces: Option<Typical>,
     /// Faces per solid once coplanar neighbours are merged.
@@ -169,11 +172,16 @@ impl Evaluation {
             .collect();
         let counts: Vec<FaceCount> = buildings.iter().flat_map(|b| &b.solids).copied().collect();
         let typical = |of: fn(&FaceCount) -> usize| Typical::of(counts.iter().map(|c| of(c) as f64));
+        let mut by_fault = BTreeMap::new();
+        for fault in faults.iter().flat_map(|all| all.iter().flatten().flatten()) {
+            *by_fault.entry(fault.clone()).or_insert(0) += 1;
+        }
         let overall = Overall {
             buildings: buildings.len(),
             with_geometry: buildings.iter().filter(|b| !b.solids.is_empty()).count(),
             solids: counts.len(),
             valid_solids: faults.map(|faults| faults.iter().flatten().filter(|faults| faults.is_empty()).count()),
+            faults: by_fault,
             faces: typical(|c| c.faces),
             merged_faces: typical(|c| c.merged),
             triangles: typical(|c| c.triangles),

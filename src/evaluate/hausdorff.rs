@@ -97,7 +97,7 @@ fn sample(shape: &Shape, count: usize, seed: u64) -> Option<Vec<Point3<f64>>> {
     Some(points.collect())
 }
 
-/// The SplitMix64 generator (Steele, Lea, Flood 2014): small, seedable, the same on every platform.
+/// The `SplitMix64` generator (Steele, Lea, Flood 2014): small, seedable, the same on every platform.
 struct SplitMix(u64);
 
 impl SplitMix {

@@ -36,6 +36,9 @@ mod summary;
 mod tiles;
 mod triangulate;
 
+#[cfg(test)]
+mod tests;
+
 pub use agreement::{Agreement, PointMeter};
 pub use cover::Cover;
 pub use evaluation::{BuildingEvaluation, Evaluation, Overall, OverallReference, ReferenceAgreement, Tops, Typical};

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 use super::shape::{Shape, ShapeFace};
 use crate::error::{InputError, Result};
@@ -11,6 +12,7 @@ use crate::site::Frame;
 use crate::solid::{Solid, SurfaceType};
 use crate::source::cityjson::{self, CityModel, Geometry, GeometryKind};
 use crate::source::crs::Crs;
+use crate::validate::{Tolerances, check};
 
 /// The buildings of a city model in one local frame.
 #[derive(Debug, Clone)]
@@ -24,6 +26,22 @@ pub struct ModelFile {
     /// The solids of each building on the grid of the frame, as the validator takes them; an error is what keeps a geometry
     /// from being a solid of one shell.
     pub solids: Vec<Vec<Result<Solid, String>>>,
+}
+
+impl ModelFile {
+    /// The faults of the solids, building by building and solid by solid: val3dity codes, or what keeps a geometry from
+    /// being a solid of one shell. A solid without any is valid.
+    pub fn faults(&self) -> Vec<Vec<Vec<String>>> {
+        let faults = |solid: &Result<Solid, String>| match solid {
+            Ok(solid) => {
+                let codes: BTreeSet<u16> =
+                    check(solid, &Tolerances::default()).iter().map(|fault| fault.code).collect();
+                codes.into_iter().map(|code| code.to_string()).collect()
+            }
+            Err(reason) => vec![reason.clone()],
+        };
+        self.solids.par_iter().map(|solids| solids.iter().map(faults).collect()).collect()
+    }
 }
 
 /// The polygons of one building while its objects are gathered.

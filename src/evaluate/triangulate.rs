@@ -27,7 +27,7 @@ pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
     // Dropping the axis along which the normal is longest keeps the projection far from degenerate.
     let dropped = normal.iamax();
     let (u, v) = [(1, 2), (0, 2), (0, 1)][dropped];
-    let flat = |ring: &Vec<Point3<f64>>| LineString::from_iter(ring.iter().map(|p| (p[u], p[v])));
+    let flat = |ring: &Vec<Point3<f64>>| ring.iter().map(|p| (p[u], p[v])).collect::<LineString>();
     let polygon = Polygon::new(flat(exterior), rings.iter().skip(1).map(flat).collect());
     let RawTriangulation { triangle_indices, .. } = polygon.earcut_triangles_raw();
     // earcut keeps the order of the vertices and leaves out the one that closes a ring.

@@ -9,8 +9,8 @@
 //! Topology is decided by the signs of integer determinants in `i128`, exact for coordinates below 2⁴⁰ grid steps;
 //! only the distances and angles that are compared with a [tolerance](Tolerances) are in floating point. Unlike val3dity,
 //! which stops at the first level that fails, every level is checked whose terms still make sense: a polygon with a
-//! faulty ring is not checked as a polygon, and self-intersection of a shell is looked for only when all its polygons
-//! are sound.
+//! faulty ring is not checked as a polygon, and pinched vertices and self-intersections of a shell are looked for only
+//! when all its polygons are sound.
 
 pub mod polygon;
 mod predicates;
@@ -18,6 +18,7 @@ pub mod ring;
 pub mod shell;
 pub mod solid;
 mod triangles;
+mod triangulation;
 
 use std::fmt;
 
@@ -112,7 +113,7 @@ pub fn check(solid: &Solid, tolerances: &Tolerances) -> Vec<Fault> {
     let closed = topology.is_empty();
     faults.extend(topology);
     if sound {
-        faults.extend(shell::self_intersections(solid));
+        faults.extend(shell::check_contacts(solid));
     }
     if closed {
         faults.extend(solid::check(solid));

@@ -1,9 +1,9 @@
 //! The rings of a face together: codes 201 to 208.
 
-use geo::{Coord, LineString, TriangulateEarcut};
 use nalgebra::Vector3;
 
 use super::predicates::{Meeting, Point2, Position, Projection, edges, locate, meet, newell};
+use super::triangulation::triangulate;
 use super::{Fault, Place, Tolerances};
 use crate::geometry::Plane;
 use crate::solid::{Face, Solid};
@@ -156,7 +156,7 @@ fn fold(solid: &Solid, face: &Face, planarity: f64) -> Option<f64> {
     let normal: Vector3<f64> = face.rings.iter().map(|ring| solid.newell(ring)).sum();
     let normal = normal.try_normalize(0.0)?;
     let mut largest = None;
-    for triangle in triangulate(solid, face) {
+    for triangle in triangulate(solid, face)? {
         let [a, b, c] = triangle.map(|v| solid.point(v));
         let turned = (b - a).cross(&(c - a));
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
@@ -166,39 +166,4 @@ fn fold(solid: &Solid, face: &Face, planarity: f64) -> Option<f64> {
         }
     }
     largest
-}
-
-/// Triangles of a sound face, oriented like it, as vertex indices of the solid.
-pub(super) fn triangulate(solid: &Solid, face: &Face) -> Vec<[u32; 3]> {
-    let corners: Vec<u32> = face.rings.iter().flatten().copied().collect();
-    if let [a, b, c] = corners[..] {
-        return vec![[a, b, c]];
-    }
-    let Some(projection) = face.rings.first().and_then(|r| Projection::along(newell(solid, r))) else {
-        return Vec::new();
-    };
-    let line = |ring: &Vec<u32>| {
-        let points = projection.ring(solid, ring);
-        points.into_iter().map(|p| Coord { x: p[0] as f64, y: p[1] as f64 }).collect::<LineString<f64>>()
-    };
-    let mut lines = face.rings.iter().map(line);
-    let Some(exterior) = lines.next() else { return Vec::new() };
-    let polygon = geo::Polygon::new(exterior, lines.collect());
-    // The rings come back closed: the repeated vertex stands for the first of its ring.
-    let closed: Vec<u32> = face.rings.iter().flat_map(|ring| ring.iter().chain(ring.first()).copied()).collect();
-    let raw = polygon.earcut_triangles_raw();
-    let corners = if raw.vertices.len() / 2 == closed.len() { closed } else { corners };
-    raw.triangle_indices
-        .chunks_exact(3)
-        .filter_map(|t| {
-            let [a, b, c] = [t[0], t[1], t[2]].map(|i| corners.get(i).copied());
-            let [a, b, c] = [a?, b?, c?];
-            let [p, q, r] = [a, b, c].map(|v| projection.point(solid.vertices[v as usize]));
-            match super::predicates::orient2(p, q, r) {
-                1 => Some([a, b, c]),
-                -1 => Some([a, c, b]),
-                _ => None,
-            }
-        })
-        .collect()
 }

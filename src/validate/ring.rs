@@ -30,8 +30,7 @@ const COLLAPSED: &str = "the ring has no area";
 fn repeated(solid: &Solid, ring: &[u32], snap: f64) -> Option<String> {
     edges(ring)
         .find(|&(a, b)| {
-            solid.vertices[a as usize] == solid.vertices[b as usize]
-                || (solid.point(a) - solid.point(b)).norm() < snap
+            solid.vertices[a as usize] == solid.vertices[b as usize] || (solid.point(a) - solid.point(b)).norm() < snap
         })
         .map(|(a, b)| format!("vertices {a} and {b} are the same or nearer than {snap} m"))
 }
@@ -40,9 +39,8 @@ fn repeated(solid: &Solid, ring: &[u32], snap: f64) -> Option<String> {
 fn intersection(solid: &Solid, ring: &[u32], projection: Projection) -> Option<String> {
     let points = projection.ring(solid, ring);
     let n = points.len();
-    let area: i128 = edges(&points)
-        .map(|(a, b)| i128::from(a[0]) * i128::from(b[1]) - i128::from(a[1]) * i128::from(b[0]))
-        .sum();
+    let area: i128 =
+        edges(&points).map(|(a, b)| i128::from(a[0]) * i128::from(b[1]) - i128::from(a[1]) * i128::from(b[0])).sum();
     if area == 0 || edges(&points).any(|(a, b)| a == b) {
         return Some(COLLAPSED.into());
     }

@@ -2,33 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use super::polygon::triangulate;
 use super::predicates::edges;
 use super::triangles::{Triangle, intersect};
+use super::triangulation::triangulate;
 use super::{Fault, Place};
 use crate::solid::Solid;
 
-/// A half-edge: its ends, its face, and its place in the list of half-edges.
+/// A half-edge: its ends and its face.
 struct Half {
     from: u32,
     to: u32,
     face: u32,
-    /// The half-edge that ends where this one starts, in the same ring.
-    previous: usize,
-    /// The same edge in the other direction, if there is exactly one.
-    twin: Option<usize>,
 }
 
-/// The faults of a shell as a set of half-edges: 301 fewer than four faces, 302 open, 303 a non-manifold edge or vertex,
-/// 305 several components, 307 neighbouring faces that turn different ways. Two vertices at the same place are the same.
+/// The faults of a shell as a set of half-edges: 301 fewer than four faces, 302 open, 303 a non-manifold edge, 305 several
+/// components, 307 neighbouring faces that turn different ways. Two vertices at the same place are the same.
 pub fn check(solid: &Solid) -> Vec<Fault> {
     let mut faults = Vec::new();
     if solid.faces.len() < 4 {
         faults.push(Fault::new(301, Place::Solid, format!("{} faces; a shell needs four", solid.faces.len())));
     }
-    let mut halves = half_edges(solid);
-    pair(&mut halves, &mut faults);
-    umbrellas(&halves, &mut faults);
+    let halves = half_edges(solid);
+    pair(&halves, &mut faults);
     let components = components(solid, &halves);
     if components > 1 {
         faults.push(Fault::new(305, Place::Solid, format!("{components} components; a shell is one")));
@@ -38,24 +33,19 @@ pub fn check(solid: &Solid) -> Vec<Fault> {
 
 fn half_edges(solid: &Solid) -> Vec<Half> {
     let mut at: BTreeMap<[i64; 3], u32> = BTreeMap::new();
-    let name: Vec<u32> =
-        solid.vertices.iter().enumerate().map(|(i, &p)| *at.entry(p).or_insert(i as u32)).collect();
+    let name: Vec<u32> = solid.vertices.iter().enumerate().map(|(i, &p)| *at.entry(p).or_insert(i as u32)).collect();
     let mut halves = Vec::new();
     for (face, rings) in solid.faces.iter().enumerate() {
         for ring in &rings.rings {
-            let start = halves.len();
-            for (i, (a, b)) in edges(ring).enumerate() {
-                let previous = start + (i + ring.len() - 1) % ring.len();
-                let (from, to) = (name[a as usize], name[b as usize]);
-                halves.push(Half { from, to, face: face as u32, previous, twin: None });
-            }
+            let named = |(a, b): (u32, u32)| (name[a as usize], name[b as usize]);
+            halves.extend(edges(ring).map(named).map(|(from, to)| Half { from, to, face: face as u32 }));
         }
     }
     halves
 }
 
-/// Joins twins; whatever is not exactly one half-edge in each direction is a fault.
-fn pair(halves: &mut [Half], faults: &mut Vec<Fault>) {
+/// Whatever edge is not exactly one half-edge in each direction is a fault.
+fn pair(halves: &[Half], faults: &mut Vec<Fault>) {
     let mut order: Vec<(u32, u32, usize)> =
         halves.iter().enumerate().map(|(i, h)| (h.from.min(h.to), h.from.max(h.to), i)).collect();
     order.sort_unstable();
@@ -72,9 +62,6 @@ fn pair(halves: &mut [Half], faults: &mut Vec<Fault>) {
                     let faces = (halves[first].face, halves[*second].face);
                     let message = format!("faces {} and {} turn different ways", faces.0, faces.1);
                     faults.push(Fault::new(307, place, message));
-                } else {
-                    halves[first].twin = Some(*second);
-                    halves[*second].twin = Some(first);
                 }
             }
             _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", edge.len()))),
@@ -82,39 +69,9 @@ fn pair(halves: &mut [Half], faults: &mut Vec<Fault>) {
     }
 }
 
-/// A vertex all whose edges are sound must have one closed fan of faces around it.
-fn umbrellas(halves: &[Half], faults: &mut Vec<Fault>) {
-    let mut order: Vec<(u32, usize)> = halves.iter().enumerate().map(|(i, h)| (h.from, i)).collect();
-    order.sort_unstable();
-    for fan in order.chunk_by(|a, b| a.0 == b.0) {
-        let start = fan[0].1;
-        let mut half = start;
-        let mut turned = 0;
-        // Around the vertex against the clock; where an edge has no twin the fault is that edge.
-        while let Some(next) = halves[halves[half].previous].twin {
-            turned += 1;
-            half = next;
-            if half == start || turned > fan.len() {
-                break;
-            }
-        }
-        let closed = half == start && turned > 0;
-        if closed && turned < fan.len() {
-            let message = format!("{} faces meet at the vertex in more than one fan", fan.len());
-            faults.push(Fault::new(303, Place::Vertex(fan[0].0), message));
-        }
-    }
-}
-
 /// Number of sets of faces that hang together by shared vertices.
 fn components(solid: &Solid, halves: &[Half]) -> usize {
     let mut set: Vec<usize> = (0..solid.faces.len()).collect();
-    let root = |set: &[usize], mut i: usize| {
-        while set[i] != i {
-            i = set[i];
-        }
-        i
-    };
     let mut at: Vec<Option<usize>> = vec![None; solid.vertices.len()];
     for half in halves {
         let face = half.face as usize;
@@ -129,14 +86,21 @@ fn components(solid: &Solid, halves: &[Half]) -> usize {
     (0..set.len()).filter(|&i| set[i] == i).count()
 }
 
-/// 306: faces that meet elsewhere than in the vertices and edges that they share, found exactly on their triangles.
-/// At most one fault per pair of faces.
-pub fn self_intersections(solid: &Solid) -> Vec<Fault> {
+/// The faults of a shell of sound polygons as a point set: 303 where more than one fan of faces meets at a vertex, 306
+/// where faces meet elsewhere than in the vertices and edges that they share. Both exact, on triangles of the faces; at
+/// most one 306 per pair of faces.
+pub fn check_contacts(solid: &Solid) -> Vec<Fault> {
+    let mut faults = Vec::new();
     let mut triangles: Vec<Triangle> = Vec::new();
     for (face, f) in solid.faces.iter().enumerate() {
-        for corners in triangulate(solid, f) {
-            triangles.push(Triangle::new(solid, face as u32, corners));
+        let face = face as u32;
+        match triangulate(solid, f) {
+            Some(found) => triangles.extend(found.into_iter().map(|t| Triangle::new(solid, face, t))),
+            None => faults.push(Fault::new(306, Place::Face(face), "the face cannot be triangulated")),
         }
+    }
+    if faults.is_empty() {
+        fans(solid, &triangles, &mut faults);
     }
     triangles.sort_by_key(|t| (t.min[0], t.face));
     let mut pairs = Vec::new();
@@ -149,8 +113,43 @@ pub fn self_intersections(solid: &Solid) -> Vec<Fault> {
     }
     pairs.sort_unstable();
     pairs.dedup();
-    pairs
-        .into_iter()
-        .map(|(a, b)| Fault::new(306, Place::Face(a), format!("the face intersects face {b}")))
-        .collect()
+    let message = |b: u32| format!("the face intersects face {b}");
+    faults.extend(pairs.into_iter().map(|(a, b)| Fault::new(306, Place::Face(a), message(b))));
+    faults
+}
+
+/// The triangles at a vertex must hang together by the edges at the vertex.
+fn fans(solid: &Solid, triangles: &[Triangle], faults: &mut Vec<Fault>) {
+    // At each vertex, the other ends of the edges, each with its triangle.
+    let mut spokes: Vec<([i64; 3], [i64; 3], usize)> = Vec::with_capacity(6 * triangles.len());
+    for (i, triangle) in triangles.iter().enumerate() {
+        for (a, b) in edges(&triangle.corners) {
+            spokes.extend([(a, b, i), (b, a, i)]);
+        }
+    }
+    spokes.sort_unstable();
+    let mut set: Vec<usize> = (0..triangles.len()).collect();
+    for at_vertex in spokes.chunk_by(|a, b| a.0 == b.0) {
+        for &(.., i) in at_vertex {
+            set[i] = i;
+        }
+        for pair in at_vertex.windows(2).filter(|pair| pair[0].1 == pair[1].1) {
+            let (a, b) = (root(&set, pair[0].2), root(&set, pair[1].2));
+            set[a.max(b)] = a.min(b);
+        }
+        // Each triangle has two spokes at the vertex.
+        let fans = at_vertex.iter().filter(|&&(.., i)| set[i] == i).count() / 2;
+        if fans > 1 {
+            let vertex = solid.vertices.iter().position(|v| *v == at_vertex[0].0).unwrap_or(0);
+            let message = format!("{fans} separate fans of faces meet at the vertex");
+            faults.push(Fault::new(303, Place::Vertex(vertex as u32), message));
+        }
+    }
+}
+
+fn root(set: &[usize], mut i: usize) -> usize {
+    while set[i] != i {
+        i = set[i];
+    }
+    i
 }

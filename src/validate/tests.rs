@@ -14,16 +14,8 @@ fn solid(vertices: &[[i64; 3]], faces: &[&[&[u32]]]) -> Solid {
     }
 }
 
-const CUBE: [[i64; 3]; 8] = [
-    [0, 0, 0],
-    [100, 0, 0],
-    [100, 100, 0],
-    [0, 100, 0],
-    [0, 0, 100],
-    [100, 0, 100],
-    [100, 100, 100],
-    [0, 100, 100],
-];
+const CUBE: [[i64; 3]; 8] =
+    [[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0], [0, 0, 100], [100, 0, 100], [100, 100, 100], [0, 100, 100]];
 const CUBE_FACES: [&[&[u32]]; 6] =
     [&[&[3, 2, 1, 0]], &[&[4, 5, 6, 7]], &[&[0, 1, 5, 4]], &[&[1, 2, 6, 5]], &[&[2, 3, 7, 6]], &[&[3, 0, 4, 7]]];
 
@@ -40,11 +32,12 @@ fn courtyard() -> Solid {
     let mut faces: Vec<&[&[u32]]> = CUBE_FACES.to_vec();
     faces[0] = &[&[3, 2, 1, 0], &[8, 9, 10, 11]];
     faces[1] = &[&[4, 5, 6, 7], &[15, 14, 13, 12]];
-    let walls: [&[&[u32]]; 4] =
-        [&[&[9, 8, 12, 13]], &[&[10, 9, 13, 14]], &[&[11, 10, 14, 15]], &[&[8, 11, 15, 12]]];
+    let walls: [&[&[u32]]; 4] = [&[&[9, 8, 12, 13]], &[&[10, 9, 13, 14]], &[&[11, 10, 14, 15]], &[&[8, 11, 15, 12]]];
     faces.extend(walls);
     solid(&vertices, &faces)
 }
+
+const NONE: [u16; 0] = [];
 
 fn codes(solid: &Solid) -> Vec<u16> {
     let mut codes: Vec<u16> = check(solid, &Tolerances::default()).iter().map(|f| f.code).collect();
@@ -68,13 +61,13 @@ fn sound_solids_have_no_faults() {
 #[test]
 fn rings_101_102_104() {
     let square = [[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0], [0, 50, 0], [50, 0, 0]];
-    assert_eq!(face_codes(&square, &[&[0, 1, 2, 3]]), []);
+    assert_eq!(face_codes(&square, &[&[0, 1, 2, 3]]), NONE);
     assert_eq!(face_codes(&square, &[&[0, 1]]), [101]);
     assert_eq!(face_codes(&square, &[&[0, 1, 1, 2, 3]]), [102]);
     // A bow tie; a spike; a ring that touches itself; a line.
     assert_eq!(face_codes(&square, &[&[0, 1, 3, 2]]), [104]);
     assert_eq!(face_codes(&square, &[&[0, 1, 2, 1, 2, 3]]), [104]);
-    assert_eq!(face_codes(&square, &[&[0, 1, 2, 5, 3]]), []);
+    assert_eq!(face_codes(&square, &[&[0, 5, 1, 2, 3, 4]]), NONE);
     assert_eq!(face_codes(&square, &[&[0, 5, 1, 2, 5, 3]]), [104]);
     assert_eq!(face_codes(&square, &[&[0, 5, 1]]), [104]);
     // A vertex that does not exist is not a crash.
@@ -132,7 +125,7 @@ fn polygons_201_202_205_206_207_208() {
         rings.extend(holes);
         face_codes(&points, &rings)
     };
-    assert_eq!(case(&[&[7, 6, 5, 4]]), []);
+    assert_eq!(case(&[&[7, 6, 5, 4]]), NONE);
     assert_eq!(case(&[&[7, 6, 5, 4], &[11, 10, 9, 8]]), [201]);
     // A hole whose side lies on the exterior's.
     assert_eq!(case(&[&[0, 7, 20]]), [201]);
@@ -141,9 +134,9 @@ fn polygons_201_202_205_206_207_208() {
     assert_eq!(case(&[&[7, 6, 5, 4], &[19, 18, 17, 16]]), [207]);
     assert_eq!(case(&[&[4, 5, 6, 7]]), [208]);
     // Touching at one point is fine, at two cuts the face in pieces; so do four holes in a ring, but not two in a row.
-    assert_eq!(case(&[&[20, 7, 6]]), []);
+    assert_eq!(case(&[&[20, 7, 6]]), NONE);
     assert_eq!(case(&[&[20, 22, 6]]), [205]);
-    assert_eq!(case(&[&[7, 6, 5, 4], &[6, 25, 24, 26]]), []);
+    assert_eq!(case(&[&[7, 6, 5, 4], &[6, 25, 24, 26]]), NONE);
     assert_eq!(case(&[&[23, 22, 21, 20]]), [205]);
 }
 
@@ -178,7 +171,8 @@ fn shells_301_302_303_305_307() {
     assert_eq!(codes(&open), [302]);
 
     // Two cubes that share an edge, then a vertex, then nothing.
-    for (offset, expected) in [([100, 100, 0], vec![303, 306]), ([100, 100, 100], vec![303]), ([300, 0, 0], vec![305])] {
+    for (offset, expected) in [([100, 100, 0], vec![303, 306]), ([100, 100, 100], vec![303]), ([300, 0, 0], vec![305])]
+    {
         let mut two = cube();
         let mut names = Vec::new();
         for v in CUBE {

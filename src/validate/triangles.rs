@@ -7,7 +7,7 @@ use crate::solid::Solid;
 #[derive(Debug, Clone)]
 pub(super) struct Triangle {
     pub(super) face: u32,
-    corners: [Point3; 3],
+    pub(super) corners: [Point3; 3],
     /// Smallest and largest coordinates.
     pub(super) min: Point3,
     pub(super) max: Point3,
@@ -55,9 +55,7 @@ pub(super) fn intersect(a: &Triangle, b: &Triangle) -> bool {
     match shared[..] {
         [] => a.sides().iter().any(|&s| meets(s, b)) || b.sides().iter().any(|&s| meets(s, a)),
         // What they share beyond the corner begins there and ends on a side opposite to it.
-        [corner] => {
-            a.opposite(corner).is_some_and(|s| meets(s, b)) || b.opposite(corner).is_some_and(|s| meets(s, a))
-        }
+        [corner] => a.opposite(corner).is_some_and(|s| meets(s, b)) || b.opposite(corner).is_some_and(|s| meets(s, a)),
         [p, q] => folded(a, b, [p, q]),
         _ => true,
     }

@@ -3,7 +3,7 @@
 //! The simple-feature rules let a hole touch the exterior at a point; extruded, that point becomes an edge with four
 //! walls, which no valid shell may have. And rounding can make rings touch or cross that did not.
 
-use geo::{LineString, MakeValid, Polygon};
+use geo::{BooleanOps, LineString, MultiPolygon, Polygon};
 
 use super::ring::{Point, Side, angle, clean, distance, distance_to_segment, doubled_area, orient, side};
 use crate::solid::FootprintPolygon;
@@ -14,7 +14,7 @@ const ROUNDS: usize = 12;
 /// How often corners that are merely close are cut off before they are left as they are.
 const CLOSE_ROUNDS: usize = 3;
 
-/// Length of the cut at a corner that touches something, in multiples of the snapping distance.
+/// How far from a corner that touches something its edges are cut, in multiples of the snapping distance.
 const CUT: f64 = 10.0;
 
 /// A polygon and what has been done to it.
@@ -63,11 +63,11 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
             done.extend(without_culprits(rings, snap, notes));
         } else if conflicts.iter().any(|c| matches!(c, Conflict::Crossing { .. })) {
             note(notes, "the footprint crosses itself once rounded to the output grid: repaired");
-            let parts = uncrossed(&rings, notes);
+            let parts = uncrossed(&rings);
             waiting.extend(parts.into_iter().rev().map(|rings| Patient { rings, rounds: rounds + 1 }));
         } else {
             if conflicts.iter().any(Conflict::is_exact) {
-                note(notes, "the footprint touches itself at a point: a corner there was cut off by 1 cm or less");
+                note(notes, "the footprint touches itself at a point: the tip of a corner there was cut off");
             }
             waiting.push(Patient { rings: cut(&rings, &conflicts, snap), rounds: rounds + 1 });
         }
@@ -216,33 +216,32 @@ fn cut(rings: &FootprintPolygon, conflicts: &[Conflict], snap: f64) -> Footprint
                     return vec![tip];
                 }
                 let [before, after] = [original[(at + n - 1) % n], original[(at + 1) % n]];
-                [before, after].into_iter().filter_map(|end| towards(tip, end, snap)).collect()
+                // The sharper the corner, the longer the cut: its ends must stay apart by twice the snapping distance.
+                let reach = snap * CUT.max(1.0 / (angle(before, tip, after) / 2.0).sin());
+                [before, after].into_iter().filter_map(|end| towards(tip, end, reach, snap)).collect()
             })
             .collect();
     }
     out
 }
 
-/// The point on the way from `tip` to `end` where the corner is cut; `None` when the edge is too short for it.
-fn towards(tip: Point, end: Point, snap: f64) -> Option<Point> {
+/// The point on the way from `tip` to `end` at `reach` steps, or at a third of the way if that is nearer; `None` when the
+/// edge is too short for it.
+fn towards(tip: Point, end: Point, reach: f64, snap: f64) -> Option<Point> {
     let length = distance(tip, end);
-    let share = (CUT * snap / length).min(1.0 / 3.0);
+    let share = (reach / length).min(1.0 / 3.0);
     (share * length >= snap)
         .then(|| std::array::from_fn(|axis| tip[axis] + ((end[axis] - tip[axis]) as f64 * share).round() as i64))
 }
 
 /// The polygon as one or several without crossings (even-odd rule), rounded to the grid again.
-fn uncrossed(rings: &FootprintPolygon, notes: &mut Vec<String>) -> Vec<FootprintPolygon> {
+fn uncrossed(rings: &FootprintPolygon) -> Vec<FootprintPolygon> {
     let line = |ring: &Vec<Point>| -> LineString<f64> { ring.iter().map(|p| (p[0] as f64, p[1] as f64)).collect() };
     let mut lines = rings.iter().map(line);
     let Some(exterior) = lines.next() else { return Vec::new() };
-    match Polygon::new(exterior, lines.collect()).make_valid() {
-        Ok(valid) => crate::solid::quantise_footprint(&valid, [1.0; 3]),
-        Err(fault) => {
-            note(notes, format!("a part of the footprint crosses itself beyond repair ({fault}): left out"));
-            Vec::new()
-        }
-    }
+    // A union with nothing, since `MakeValid` loses area where edges run along each other.
+    let valid = Polygon::new(exterior, lines.collect()).union(&MultiPolygon::new(Vec::new()));
+    crate::solid::quantise_footprint(&valid, [1.0; 3])
 }
 
 /// The polygon without the holes that are not inside its exterior, or are inside another hole. No two rings may meet.

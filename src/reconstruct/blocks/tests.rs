@@ -270,6 +270,31 @@ prop_compose! {
     }
 }
 
+/// Area inside a ring by the even-odd rule: between the x of all vertices and crossings, the length of a vertical line
+/// inside is linear in x, so that its middle gives the area.
+fn even_odd_area(ring: &geo::LineString<f64>) -> f64 {
+    let edges: Vec<_> = ring.lines().collect();
+    let mut breaks: Vec<f64> = ring.coords().map(|c| c.x).collect();
+    for (i, e) in edges.iter().enumerate() {
+        for f in &edges[i + 1..] {
+            let (d, g, w) = (e.delta(), f.delta(), f.start - e.start);
+            let cross = d.x * g.y - d.y * g.x;
+            if cross != 0.0 {
+                breaks.push(e.start.x + d.x * (w.x * g.y - w.y * g.x) / cross);
+            }
+        }
+    }
+    breaks.sort_by(f64::total_cmp);
+    let slab = |pair: &[f64]| {
+        let x = f64::midpoint(pair[0], pair[1]);
+        let over = edges.iter().filter(|e| (e.start.x > x) != (e.end.x > x));
+        let mut y: Vec<f64> = over.map(|e| e.start.y + e.delta().y * (x - e.start.x) / e.delta().x).collect();
+        y.sort_by(f64::total_cmp);
+        y.chunks(2).map(|inside| inside[1] - inside[0]).sum::<f64>() * (pair[1] - pair[0])
+    };
+    breaks.windows(2).map(slab).sum()
+}
+
 proptest! {
     #[test]
     fn any_polygon_with_holes_gives_valid_blocks((polygon, touches) in holed_polygon()) {
@@ -282,12 +307,16 @@ proptest! {
         prop_assert!(touches || notes.is_empty(), "{:?}", notes);
     }
 
-    /// Any ring whatever, far from valid, on a coarse lattice so that touches and overlaps are the rule.
+    /// Any ring whatever, far from valid, on a coarse lattice so that touches and overlaps are the rule:
+    /// nothing of its area (even-odd) is lost.
     #[test]
     fn any_ring_gives_valid_blocks(ring in prop::collection::vec((0..12i32, 0..12i32), 0..24)) {
         let line: geo::LineString<f64> = ring.iter().map(|&(x, y)| (f64::from(x) * 0.5, f64::from(y) * 0.5)).collect();
-        let (polygons, _) = footprint_of(Polygon::new(line, Vec::new()));
-        check_blocks(&polygons);
+        let polygon = Polygon::new(line, Vec::new());
+        let expected = even_odd_area(polygon.exterior());
+        let (polygons, notes) = footprint_of(polygon);
+        let area = check_blocks(&polygons);
+        prop_assert!((area - expected).abs() < 0.02, "{area} {expected} {notes:?}");
     }
 
     /// The same at the scale of the grid, where rounding and snapping decide.

@@ -61,8 +61,7 @@ pub struct Cut {
 impl Network {
     /// A network of `nodes` nodes without arcs; `arcs` is how many pairs of arcs to make room for.
     pub fn new(nodes: usize, arcs: usize) -> Self {
-        let node =
-            Node { terminal: 0, first: NO_ARC, parent: FREE, sink: false, queued: false, stamp: 0, distance: 0 };
+        let node = Node { terminal: 0, first: NO_ARC, parent: FREE, sink: false, queued: false, stamp: 0, distance: 0 };
         Self {
             nodes: vec![node; nodes],
             arcs: Vec::with_capacity(2 * arcs),
@@ -299,8 +298,7 @@ mod tests {
     }
 
     fn energy(problem: &Problem, side: impl Fn(usize) -> bool) -> i64 {
-        let data: i64 =
-            problem.terminals.iter().enumerate().map(|(i, &(s, t))| if side(i) { t } else { s }).sum();
+        let data: i64 = problem.terminals.iter().enumerate().map(|(i, &(s, t))| if side(i) { t } else { s }).sum();
         data + problem.edges.iter().filter(|&&(a, b, _)| side(a) != side(b)).map(|&(_, _, c)| c).sum::<i64>()
     }
 
@@ -316,7 +314,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(2000))]
+        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
         fn cut_is_the_least_of_all_labellings(problem in problems()) {
             let cut = solve(&problem);

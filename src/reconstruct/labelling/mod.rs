@@ -174,8 +174,7 @@ fn normalised(complex: &Complex, evidence: &Evidence, parameters: &LabellingPara
 fn paper(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameters) -> Terms {
     let count = complex.cells.len().max(1) as f64;
     let inner = |i: usize| complex.facets[i].cells.iter().all(|&c| c != OUTSIDE);
-    let areas: Vec<f64> =
-        (0..complex.facets.len()).map(|i| if inner(i) { evidence.area(i) } else { 0.0 }).collect();
+    let areas: Vec<f64> = (0..complex.facets.len()).map(|i| if inner(i) { evidence.area(i) } else { 0.0 }).collect();
     let largest = areas.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let lambda = positive(Some(parameters.lambda));
     Terms {

@@ -269,7 +269,9 @@ impl<'a> Search<'a> {
         let mut left: Vec<u32> = self.order.iter().copied().filter(|&i| self.belongs(i, plane)).collect();
         left.sort_unstable();
         let mut open = vec![false; self.points.len()];
-        left.iter().for_each(|&i| open[i as usize] = true);
+        for &i in &left {
+            open[i as usize] = true;
+        }
         let mut largest = Vec::new();
         let reach = self.tolerances.reach.powi(2);
         for &start in &left {

@@ -75,7 +75,7 @@ impl Tolerances {
     }
 
     /// How many points a plane needs where one that faces the sky needs `fewest`.
-    pub fn needed(&self, plane: &Plane, fewest: usize) -> usize {
+    pub fn needed(plane: &Plane, fewest: usize) -> usize {
         /// Cosine of 65°: steeper than roofs are built.
         const STEEP: f64 = 0.42;
         // Seen from the air, points line up on steep planes by accident: gutters, edges of dormers, antennas. A wall
@@ -159,7 +159,7 @@ impl Segmentation {
                 let cost = |&(label, weight): &(u32, f64)| -> Option<(f64, u32)> {
                     let plane = self.planes.get(label as usize)?;
                     let ratio = plane.distance(point).abs() / tolerances.border;
-                    (ratio <= 1.0).then(|| (ratio * ratio + 0.5 * (1.0 - weight), label))
+                    (ratio <= 1.0).then_some((ratio * ratio + 0.5 * (1.0 - weight), label))
                 };
                 let best = votes.iter().filter_map(cost).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let label = best.map_or(NONE, |(_, label)| label);
@@ -179,7 +179,7 @@ impl Segmentation {
         self.planes.clear();
         for members in members {
             let fit = Moments::of(anchor, points, &members).fit();
-            let enough = |fit: &Fit| members.len() >= tolerances.needed(&fit.plane, fewest);
+            let enough = |fit: &Fit| members.len() >= Tolerances::needed(&fit.plane, fewest);
             match fit.filter(|fit| enough(fit) && fit.width >= tolerances.width) {
                 Some(fit) => self.push(&members, fit.plane),
                 None => members.iter().for_each(|&m| self.labels[m as usize] = NONE),
@@ -219,7 +219,9 @@ impl Segmentation {
             let squares: f64 = explained.iter().map(|(_, distance, _)| distance * distance).sum();
             let limit = RESIDUAL * tolerances.distance / 3.0;
             if explained.len() as f64 >= SHARE * own.len() as f64 && squares <= limit * limit * explained.len() as f64 {
-                own.iter().for_each(|&i| self.labels[i as usize] = NONE);
+                for &i in &own {
+                    self.labels[i as usize] = NONE;
+                }
                 for (i, _, other) in explained {
                     self.labels[i as usize] = other;
                     members[other as usize].push(i);

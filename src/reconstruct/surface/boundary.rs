@@ -204,10 +204,6 @@ impl Edges {
         let line = self.lines.get(self.pairs[pair].1 as usize)?;
         let start = line.iter().position(|&v| v == from)?;
         let end = line.iter().position(|&v| v == to)?;
-        Some(if start <= end {
-            line[start..=end].to_vec()
-        } else {
-            line[end..=start].iter().rev().copied().collect()
-        })
+        Some(if start <= end { line[start..=end].to_vec() } else { line[end..=start].iter().rev().copied().collect() })
     }
 }

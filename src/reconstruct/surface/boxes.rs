@@ -124,7 +124,7 @@ impl Builder {
 /// The complex whose cells are these boxes, which together fill a box.
 pub(crate) fn complex(blocks: &[Block], shape: Shape) -> Complex {
     let cells = vec![Cell::default(); blocks.len()];
-    let complex = Complex { planes: vec![], vertices: vec![], facets: vec![], cells };
+    let complex = Complex { cells, ..Complex::default() };
     let mut builder = Builder { shape, complex, vertices: BTreeMap::new(), planes: BTreeMap::new() };
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);

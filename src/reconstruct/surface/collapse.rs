@@ -27,12 +27,13 @@ pub(super) struct MeshFace {
 }
 
 impl Mesh {
-    /// Removes repeated vertices, spikes, slivers, pairs of opposite faces and vertices that are no corner, until
+    /// Removes repeated vertices, spikes, slivers, pairs of opposite faces, edges between faces of the same plane (the
+    /// sliver between them is gone) and vertices that are no corner, until
     /// nothing is left to remove. Each step makes the mesh smaller, so this ends.
     pub(super) fn clean(&mut self) {
         loop {
             self.tidy_rings();
-            if !(self.close_sliver() || self.cancel_opposite() || self.drop_straight_vertex()) {
+            if !(self.close_sliver() || self.cancel_opposite() || self.join_coplanar() || self.drop_straight_vertex()) {
                 return;
             }
         }
@@ -115,11 +116,8 @@ impl Mesh {
             face.rings.iter().enumerate().find_map(|(r, ring)| self.sliver(ring).map(|order| (f, r, order)))
         });
         let Some((face, ring, order)) = sliver else { return false };
-        let gone = if ring == 0 {
-            self.faces.remove(face).rings.swap_remove(0)
-        } else {
-            self.faces[face].rings.remove(ring)
-        };
+        let gone =
+            if ring == 0 { self.faces.remove(face).rings.swap_remove(0) } else { self.faces[face].rings.remove(ring) };
         let rank: BTreeMap<u32, usize> = order.iter().enumerate().map(|(i, &v)| (v, i)).collect();
         for (i, &from) in gone.iter().enumerate() {
             let to = gone[(i + 1) % gone.len()];
@@ -138,7 +136,7 @@ impl Mesh {
                 if b > a {
                     chain.reverse();
                 }
-                ring.splice(k + 1..k + 1, chain);
+                ring.splice((k + 1)..=k, chain);
             }
         }
         true
@@ -148,7 +146,9 @@ impl Mesh {
     fn sliver(&self, ring: &[u32]) -> Option<Vec<u32>> {
         let at = |v: u32| self.points[v as usize];
         let farthest = |from: Point3<f64>| {
-            ring.iter().copied().max_by(|&a, &b| (at(a) - from).norm_squared().total_cmp(&(at(b) - from).norm_squared()))
+            ring.iter()
+                .copied()
+                .max_by(|&a, &b| (at(a) - from).norm_squared().total_cmp(&(at(b) - from).norm_squared()))
         };
         let start = at(farthest(at(*ring.first()?))?);
         let end = at(farthest(start)?);
@@ -186,6 +186,33 @@ impl Mesh {
         let Some((a, b)) = pair else { return false };
         self.faces.remove(b);
         self.faces.remove(a);
+        true
+    }
+
+    /// Joins one pair of faces of the same plane along an edge that they share.
+    fn join_coplanar(&mut self) -> bool {
+        let mut sides: BTreeMap<(u32, u32, u32), (usize, usize, usize)> = BTreeMap::new();
+        for (f, face) in self.faces.iter().enumerate() {
+            for (r, ring) in face.rings.iter().enumerate() {
+                for (k, &from) in ring.iter().enumerate() {
+                    sides.insert((face.label, from, ring[(k + 1) % ring.len()]), (f, r, k));
+                }
+            }
+        }
+        let pair = sides.iter().find_map(|(&(label, from, to), &here)| {
+            let there = *sides.get(&(label, to, from))?;
+            // The second gives its exterior to a ring of the first.
+            (here.0 != there.0 && there.1 == 0).then_some((here, there))
+        });
+        let Some(((f, r, k), (g, _, l))) = pair else { return false };
+        let mut other = self.faces[g].rings.remove(0);
+        other.rotate_left(l + 1);
+        let holes = std::mem::take(&mut self.faces[g].rings);
+        let face = &mut self.faces[f];
+        // The other way round from `from` to `to`, without these two.
+        face.rings[r].splice((k + 1)..=k, other[1..other.len() - 1].iter().copied());
+        face.rings.extend(holes);
+        self.faces.remove(g);
         true
     }
 

@@ -74,10 +74,7 @@ fn bases(labelled: &Labelled, inside: &[bool], cell: CellId, minimum: f64) -> Ve
     if !facets.iter().any(|&facet| surface(facet)) {
         return Vec::new();
     }
-    let mut corners: Vec<VertexId> =
-        facets.iter().flat_map(|&f| complex.facets[f as usize].corners.iter().copied()).collect();
-    corners.sort_unstable();
-    corners.dedup();
+    let corners = complex.cell_vertices(cell);
     let mut planes: Vec<PlaneId> = facets.iter().map(|&f| complex.facets[f as usize].plane).collect();
     planes.sort_unstable();
     planes.dedup();
@@ -109,13 +106,13 @@ fn gain(labelled: &Labelled, inside: &[bool], cell: CellId, base: &Base) -> bool
     let (mut change, mut total) = (0.0, 0.0);
     for &id in &complex.cells[cell as usize].facets {
         let facet = &complex.facets[id as usize];
-        let other = if facet.cells[0] == cell { facet.cells[1] } else { facet.cells[0] };
+        let other = complex.across(id, cell);
         let cosine = unit_normal(labelled, facet.plane).dot(&base.normal).abs();
         let broad = base.facets.contains(&id) || cosine > BROAD;
         if !broad && labelled.is_fixed(other) {
             continue;
         }
-        let size = area(labelled, id) * if broad { cosine } else { 1.0 };
+        let size = complex.facet_area(id) * if broad { cosine } else { 1.0 };
         total += size;
         change += if is_surface(labelled, inside, id) { -size } else { size };
     }
@@ -133,17 +130,6 @@ fn unit_normal(labelled: &Labelled, plane: PlaneId) -> Vector3<f64> {
 
 fn position(labelled: &Labelled, vertex: VertexId) -> Point3<f64> {
     labelled.complex.vertices[vertex as usize].position
-}
-
-fn area(labelled: &Labelled, facet: FacetId) -> f64 {
-    let corners = &labelled.complex.facets[facet as usize].corners;
-    let Some(&anchor) = corners.first() else { return 0.0 };
-    let anchor = position(labelled, anchor);
-    let twice: Vector3<f64> = corners
-        .windows(2)
-        .map(|e| (position(labelled, e[0]) - anchor).cross(&(position(labelled, e[1]) - anchor)))
-        .sum();
-    twice.norm() / 2.0
 }
 
 /// Distance from a point to a convex facet, metres.

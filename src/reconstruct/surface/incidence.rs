@@ -4,33 +4,16 @@ use std::cmp::Ordering;
 
 use crate::reconstruct::complex::{Cell, CellId, Complex, IntegerPlane, PlaneId, Vertex, VertexId};
 
-/// Farther than this from a plane (metres), floating point is trusted for the side: positions are the nearest
-/// numbers to the exact ones and coordinates are below 10⁵ m, so the error is below 10⁻⁹ m.
+/// Coordinates that differ by more than this (metres) are in the order of their floating-point values, which are right
+/// to below 10⁻⁹ m for coordinates below 10⁵ m.
 const CERTAIN: f64 = 1e-6;
-
-/// On which side of the plane the vertex is: `Greater` on the side of the normal, `Equal` exactly on it.
-///
-/// The determinant is below 2¹²⁰ for coordinates below 16 km (method, section 4), so `i128` holds it.
-pub(super) fn side(plane: &IntegerPlane, vertex: &Vertex) -> Ordering {
-    let [a, b, c] = plane.normal.map(|n| n as f64);
-    let p = &vertex.position;
-    let value = a * p.x + b * p.y + c * p.z + plane.offset as f64;
-    // The largest component is a lower bound of the length within a factor of √3.
-    let length = a.abs().max(b.abs()).max(c.abs());
-    if value.abs() > 2.0 * CERTAIN * length {
-        return value.total_cmp(&0.0);
-    }
-    let [x, y, z, w] = vertex.homogeneous;
-    let [a, b, c] = plane.normal.map(i128::from);
-    (a * x + b * y + c * z + i128::from(plane.offset) * w).cmp(&0)
-}
 
 /// Whether the vertex lies in the closed cell.
 pub(super) fn contains(complex: &Complex, id: CellId, cell: &Cell, vertex: &Vertex) -> bool {
     cell.facets.iter().all(|&facet| {
         let facet = &complex.facets[facet as usize];
         let away = if facet.cells[0] == id { Ordering::Greater } else { Ordering::Less };
-        side(&complex.planes[facet.plane as usize], vertex) != away
+        complex.planes[facet.plane as usize].side(vertex) != away
     })
 }
 
@@ -65,18 +48,11 @@ fn gcd(mut a: u128, mut b: u128) -> u128 {
     a
 }
 
-/// Order of two vertices along an axis, exactly.
+/// Order of two vertices of one line along it; `axis` is the first in which they can differ.
 fn compare_along(axis: usize, a: &Vertex, b: &Vertex) -> Ordering {
     let (p, q) = (a.position[axis], b.position[axis]);
-    if (p - q).abs() > CERTAIN {
-        return p.total_cmp(&q);
-    }
-    let (x, w) = (a.homogeneous[axis], a.homogeneous[3]);
-    let (y, v) = (b.homogeneous[axis], b.homogeneous[3]);
-    // Whole parts first: the products of the remainders fit, those of the numbers would not.
-    x.div_euclid(w)
-        .cmp(&y.div_euclid(v))
-        .then_with(|| (x.rem_euclid(w) * v).cmp(&(y.rem_euclid(v) * w)))
+    // The exact order costs long divisions.
+    if (p - q).abs() > CERTAIN { p.total_cmp(&q) } else { a.order(b) }
 }
 
 /// For a set of planes, which of a set of vertices lie on each: a bit per vertex.
@@ -93,7 +69,7 @@ impl Incidence {
         for (row, &plane) in bits.chunks_mut(words.max(1)).zip(planes) {
             let plane = &complex.planes[plane as usize];
             for (i, &vertex) in vertices.iter().enumerate() {
-                if side(plane, &complex.vertices[vertex as usize]) == Ordering::Equal {
+                if plane.side(&complex.vertices[vertex as usize]).is_eq() {
                     row[i / 64] |= 1 << (i % 64);
                 }
             }
@@ -110,7 +86,7 @@ impl Incidence {
         })
     }
 
-    /// The vertices on the line of two planes, in order along the line's dominant axis.
+    /// The vertices on the line of two planes, in order along it.
     pub(super) fn along(
         &self,
         complex: &Complex,
@@ -118,7 +94,7 @@ impl Incidence {
         (p, q): (usize, usize),
         vertices: &[VertexId],
     ) -> Vec<VertexId> {
-        let axis = (0..3).max_by_key(|&axis| line[axis].unsigned_abs()).unwrap_or(0);
+        let axis = line.iter().take(3).position(|component| *component != 0).unwrap_or(0);
         let mut found: Vec<VertexId> = self.on_both(p, q).map(|i| vertices[i]).collect();
         found.sort_by(|&a, &b| compare_along(axis, &complex.vertices[a as usize], &complex.vertices[b as usize]));
         found
@@ -128,12 +104,6 @@ impl Incidence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Point3;
-
-    fn vertex(homogeneous: [i128; 4]) -> Vertex {
-        let [x, y, z, w] = homogeneous.map(|v| v as f64);
-        Vertex { homogeneous, position: Point3::new(x / w, y / w, z / w) }
-    }
 
     #[test]
     fn a_line_is_the_same_from_any_two_of_its_planes() {
@@ -147,18 +117,5 @@ mod tests {
         let other = IntegerPlane { normal: [1, -1, 0], offset: -1 };
         assert_ne!(line(&planes[0], &other).unwrap(), expected);
         assert_eq!(line(&planes[1], &other), None);
-    }
-
-    #[test]
-    fn sides_and_order_are_exact_where_floating_point_is_blind() {
-        let w = 1i128 << 60;
-        let (a, b) = (vertex([7 * w, 0, 0, w]), vertex([7 * w + 1, 0, 0, w]));
-        assert_eq!(a.position, b.position);
-        assert_eq!(compare_along(0, &a, &b), Ordering::Less);
-        assert_eq!(compare_along(0, &vertex([-7 * w, 0, 0, w]), &vertex([-7 * w + 1, 0, 0, w])), Ordering::Less);
-        assert_eq!(compare_along(0, &vertex([1, 0, 0, 3]), &vertex([2, 0, 0, 6])), Ordering::Equal);
-        let plane = IntegerPlane { normal: [1, 0, 0], offset: -7 };
-        assert_eq!(side(&plane, &a), Ordering::Equal);
-        assert_eq!(side(&plane, &b), Ordering::Greater);
     }
 }

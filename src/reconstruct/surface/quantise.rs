@@ -28,12 +28,10 @@ pub(super) fn quantise(complex: &Complex, polygons: &[Polygon], step: [f64; 3]) 
     let position = |v: VertexId| welded[vertices.binary_search(&v).unwrap_or(0)];
     let faces = polygons
         .iter()
-        .map(|polygon| {
-            MeshFace {
-                rings: polygon.rings.iter().map(|ring| ring.iter().map(|&v| position(v)).collect()).collect(),
-                normal: outward(complex, polygon),
-                label: planes.binary_search(&(polygon.plane, polygon.positive)).unwrap_or(0) as u32,
-            }
+        .map(|polygon| MeshFace {
+            rings: polygon.rings.iter().map(|ring| ring.iter().map(|&v| position(v)).collect()).collect(),
+            normal: outward(complex, polygon),
+            label: planes.binary_search(&(polygon.plane, polygon.positive)).unwrap_or(0) as u32,
         })
         .collect();
     let points = grid.iter().map(|g| metres(*g, step)).collect();
@@ -58,12 +56,7 @@ fn round(p: &Point3<f64>, step: [f64; 3]) -> [i64; 3] {
 /// Grid positions of clusters of vertices nearer than [`SNAP`], and the cluster of each vertex.
 ///
 /// A cluster stands where its planes are met best, so that the faces around stay planar.
-fn weld(
-    complex: &Complex,
-    polygons: &[Polygon],
-    vertices: &[VertexId],
-    step: [f64; 3],
-) -> (Vec<[i64; 3]>, Vec<u32>) {
+fn weld(complex: &Complex, polygons: &[Polygon], vertices: &[VertexId], step: [f64; 3]) -> (Vec<[i64; 3]>, Vec<u32>) {
     let position = |i: usize| &complex.vertices[vertices[i] as usize].position;
     let mut clusters: Vec<(Vec<usize>, [i64; 3])> =
         (0..vertices.len()).map(|i| (vec![i], round(position(i), step))).collect();
@@ -101,7 +94,9 @@ fn weld(
     }
     let mut of_vertex = vec![0; vertices.len()];
     for (cluster, (members, _)) in clusters.iter().enumerate() {
-        members.iter().for_each(|&i| of_vertex[i] = cluster as u32);
+        for &i in members {
+            of_vertex[i] = cluster as u32;
+        }
     }
     (clusters.into_iter().map(|(_, grid)| grid).collect(), of_vertex)
 }
@@ -162,11 +157,7 @@ fn assemble(
         faces: faces
             .iter()
             .map(|&f| Face {
-                rings: mesh.faces[f]
-                    .rings
-                    .iter()
-                    .map(|ring| ring.iter().map(|&v| index(&used, v)).collect())
-                    .collect(),
+                rings: mesh.faces[f].rings.iter().map(|ring| ring.iter().map(|&v| index(&used, v)).collect()).collect(),
                 surface: index(&labels, mesh.faces[f].label),
             })
             .collect(),

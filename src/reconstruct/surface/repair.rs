@@ -2,7 +2,7 @@
 
 use super::Labelled;
 use super::boundary::Spot;
-use super::incidence::{contains, side};
+use super::incidence::contains;
 use crate::reconstruct::complex::{CellId, OUTSIDE};
 
 /// Share of the volume that a relabelling costs even where it follows the occupancy: the least volume decides ties.
@@ -66,7 +66,7 @@ pub(super) fn repair(
             let facet = &complex.facets[facet as usize];
             let [Ok(a), Ok(b)] = facet.cells.map(index) else { continue };
             let plane = &complex.planes[facet.plane as usize];
-            if is_member(facet.cells[0]) == is_member(facet.cells[1]) && ends.iter().all(|end| side(plane, end).is_eq())
+            if is_member(facet.cells[0]) == is_member(facet.cells[1]) && ends.iter().all(|end| plane.side(end).is_eq())
             {
                 let (a, b) = (root(&group, a), root(&group, b));
                 group[a.max(b)] = a.min(b);

@@ -38,7 +38,7 @@ fn object_of(context: &Rc<Context>, text: &str) -> Result<Object, String> {
     }
     let object = Object::parse(context, text)?;
     // PROJ also finds systems by part of their name; a guess like that must not place a whole city.
-    let is_name = !text.contains([':', '{', '/']);
+    let is_name = !text.contains([':', '{']);
     if is_name && !object.name().eq_ignore_ascii_case(text) {
         return Err(format!("it is no exact name (the nearest is `{}`)", object.name()));
     }

@@ -190,8 +190,10 @@ fn user_defined(context: &Rc<Context>, keys: &Keys) -> Result<String, String> {
         _ => ("unit".to_string(), keys.number(&[key::LINEAR_UNIT_SIZE]).unwrap_or(1.0)),
     };
     let (method, parameters) = projection(keys, metres)?;
-    let parameters: String = parameters.iter().map(|(name, value)| format!("PARAMETER[\"{name}\",{value}],")).collect();
-    Ok(format!("PROJCS[\"user-defined\",{base},PROJECTION[\"{method}\"],{parameters}UNIT[\"{unit}\",{metres}]]"))
+    let mut elements = vec!["\"user-defined\"".to_string(), base, format!("PROJECTION[\"{method}\"]")];
+    elements.extend(parameters.iter().map(|(name, value)| format!("PARAMETER[\"{name}\",{value}]")));
+    elements.push(format!("UNIT[\"{unit}\",{metres}]"));
+    Ok(format!("PROJCS[{}]", elements.join(",")))
 }
 
 /// WKT 1 of the geographic system beneath a projected one.
@@ -215,8 +217,11 @@ fn geographic_wkt(context: &Rc<Context>, keys: &Keys) -> Result<String, String> 
     ))
 }
 
-/// Method of projection and its parameters under their names in WKT 1.
-fn projection(keys: &Keys, metres: f64) -> Result<(&'static str, Vec<(&'static str, f64)>), String> {
+/// A name in WKT 1 and what belongs to it.
+type Named<T> = (&'static str, T);
+
+/// Method of projection and its parameters.
+fn projection(keys: &Keys, metres: f64) -> Result<Named<Vec<Named<f64>>>, String> {
     if let Some(code) = keys.short(key::PROJECTION).filter(|code| *code != USER_DEFINED) {
         let Some((zone, northing)) = UTM
             .iter()

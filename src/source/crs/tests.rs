@@ -85,6 +85,27 @@ fn codes_urns_and_uris_mean_the_same() {
 }
 
 #[test]
+fn projjson_and_local_systems_are_understood() {
+    let axis = |name: &str, direction: &str| {
+        format!("{{\"name\":\"{name}\",\"abbreviation\":\"\",\"direction\":\"{direction}\",\"unit\":\"degree\"}}")
+    };
+    let json = format!(
+        "{{\"type\":\"GeographicCRS\",\"name\":\"WGS 84 (CRS84)\",\"datum\":{{\"type\":\"GeodeticReferenceFrame\",\
+        \"name\":\"World Geodetic System 1984\",\"ellipsoid\":{{\"name\":\"WGS 84\",\"semi_major_axis\":6378137,\
+        \"inverse_flattening\":298.257223563}}}},\"coordinate_system\":{{\"subtype\":\"ellipsoidal\",\"axis\":[{},{}]}},\
+        \"id\":{{\"authority\":\"OGC\",\"code\":\"CRS84\"}}}}",
+        axis("Geodetic longitude", "east"),
+        axis("Geodetic latitude", "north")
+    );
+    assert_eq!(Crs::parse(&json).unwrap().code.as_deref(), Some("OGC:CRS84"));
+    let local = Crs::parse("LOCAL_CS[\"site grid\",UNIT[\"foot\",0.3048]]").unwrap();
+    assert!(local.code.is_none() && local.reference_system().is_none());
+    assert_eq!(local.metres_per_unit, [FOOT; 3]);
+    let elsewhere = Crs::parse("EPSG:28992").unwrap();
+    assert!(Transformer::new(&local, &elsewhere, None).is_err());
+}
+
+#[test]
 fn a_pair_without_a_code_of_its_own_keeps_both() {
     // Lambert-93 with Belgian heights: nobody gave that a code.
     let crs = Crs::parse("EPSG:2154+5710").unwrap();
@@ -212,6 +233,17 @@ fn a_shift_without_its_grid_is_done_and_said() {
     let warning = transformer.warning().unwrap();
     assert!(warning.contains("EPSG:4326") && warning.contains(" m"), "{warning}");
     println!("{warning}");
+}
+
+#[test]
+fn a_missing_grid_is_named() {
+    let [etrs89, rd] = ["EPSG:4258", "EPSG:28992"].map(|c| Crs::parse(c).unwrap());
+    let transformer = Transformer::new(&etrs89, &rd, Some([4.36, 52.0, 4.37, 52.02])).unwrap();
+    if let Some(warning) = transformer.warning() {
+        assert!(warning.contains("for want of the grid") && warning.contains("rdtrans2018"), "{warning}");
+    } else {
+        assert!(transformer.accuracy().is_some_and(|metres| metres < 0.1));
+    }
 }
 
 #[test]

@@ -141,7 +141,8 @@ impl Field {
         if text.is_empty() || text.contains('*') {
             return Value::Null;
         }
-        let is_integer = self.decimals == 0 && text.bytes().enumerate().all(|(i, b)| b.is_ascii_digit() || (i == 0 && b == b'-'));
+        let is_integer =
+            self.decimals == 0 && text.bytes().enumerate().all(|(i, b)| b.is_ascii_digit() || (i == 0 && b == b'-'));
         if is_integer {
             let number = text.parse::<i64>().map(Number::from).or_else(|_| text.parse::<u64>().map(Number::from));
             return match number {

@@ -149,16 +149,25 @@ fn attributes_of(mut bytes: &[u8], columns: &[Column]) -> (Map<String, Value>, b
         let column = take(&mut bytes).and_then(|index| columns.get(usize::from(u16::from_le_bytes(index))));
         let Some(column) = column else { return (attributes, false) };
         match value_of(&mut bytes, column.kind) {
-            Some(Some(value)) => attributes.insert(column.name.clone(), value),
-            Some(None) => None,
+            Some(Property::Kept(value)) => {
+                attributes.insert(column.name.clone(), value);
+            }
+            Some(Property::LeftOut) => {}
             None => return (attributes, false),
-        };
+        }
     }
     (attributes, true)
 }
 
-/// A value; `Some(None)` for one that is not kept, `None` when it is damaged.
-fn value_of(bytes: &mut &[u8], kind: ColumnType) -> Option<Option<Value>> {
+/// What becomes of a value.
+enum Property {
+    Kept(Value),
+    /// It is binary.
+    LeftOut,
+}
+
+/// The next value; `None` when it is damaged.
+fn value_of(bytes: &mut &[u8], kind: ColumnType) -> Option<Property> {
     let float = |number: f64| Number::from_f64(number).map_or(Value::Null, Value::Number);
     let mut text = || {
         let length = u32::from_le_bytes(take(bytes)?) as usize;
@@ -174,7 +183,7 @@ fn value_of(bytes: &mut &[u8], kind: ColumnType) -> Option<Option<Value>> {
         }
         ColumnType::Binary => {
             text()?;
-            return Some(None);
+            return Some(Property::LeftOut);
         }
         ColumnType::Byte => i8::from_le_bytes(take(bytes)?).into(),
         ColumnType::UByte => u8::from_le_bytes(take(bytes)?).into(),
@@ -189,7 +198,7 @@ fn value_of(bytes: &mut &[u8], kind: ColumnType) -> Option<Option<Value>> {
         ColumnType::Double => float(f64::from_le_bytes(take(bytes)?)),
         _ => return None,
     };
-    Some(Some(value))
+    Some(Property::Kept(value))
 }
 
 fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
@@ -207,7 +216,9 @@ fn outline_of(geometry: &Geometry<'_>, of_layer: GeometryType) -> Result<Outline
         (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
         (_, true) => Ok(outline),
         (false, false) => {
-            outline.notes.push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
+            outline
+                .notes
+                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
             Ok(outline)
         }
     }

@@ -10,9 +10,33 @@ use crate::error::{InputError, Result};
 
 /// Attributes that hold ids in the data of mapping agencies and in common exports, best first.
 const KNOWN: [&str; 27] = [
-    "identificatie", "gml_id", "building_id", "id", "uuid", "guid", "globalid", "cleabs", "toid", "egid", "lokaalid",
-    "localid", "bag_id", "pand_id", "osm_id", "full_id", "osm_way_id", "gmlid", "oid", "ident", "kennung", "gid", "fid",
-    "ogc_fid", "objectid", "id_0", "nr",
+    "identificatie",
+    "gml_id",
+    "building_id",
+    "id",
+    "uuid",
+    "guid",
+    "globalid",
+    "cleabs",
+    "toid",
+    "egid",
+    "lokaalid",
+    "localid",
+    "bag_id",
+    "pand_id",
+    "osm_id",
+    "full_id",
+    "osm_way_id",
+    "gmlid",
+    "oid",
+    "ident",
+    "kennung",
+    "gid",
+    "fid",
+    "ogc_fid",
+    "objectid",
+    "id_0",
+    "nr",
 ];
 /// What made-up ids begin with.
 const MADE_UP: &str = "footprint";
@@ -29,7 +53,7 @@ pub(super) struct Assigned {
 #[derive(Debug)]
 pub(super) struct Ids {
     pub attribute: Option<String>,
-    pub ids: Vec<Assigned>,
+    pub assigned: Vec<Assigned>,
     pub warnings: Vec<String>,
 }
 
@@ -42,10 +66,11 @@ pub(super) fn assign<'a>(
 ) -> Result<Ids> {
     let attribute = match &options.id_attribute {
         Some(wanted) => Some(named(wanted, columns, path)?),
-        None => guess(features.clone(), columns),
+        None => guess(&features, columns),
     };
-    let real: Vec<Option<String>> =
-        features.map(|feature| attribute.as_deref().and_then(|name| text_of(super::attribute(feature, name)?))).collect();
+    let real: Vec<Option<String>> = features
+        .map(|feature| attribute.as_deref().and_then(|name| text_of(super::attribute(feature, name)?)))
+        .collect();
     let taken: HashSet<&str> = real.iter().flatten().map(String::as_str).collect();
     let mut used: HashSet<String> = HashSet::new();
     let (mut missing, mut repeated) = (0, 0);
@@ -85,7 +110,7 @@ pub(super) fn assign<'a>(
         .map(|(count, what)| format!("{count} {what}"))
         .collect(),
     };
-    Ok(Ids { attribute, ids, warnings })
+    Ok(Ids { attribute, assigned: ids, warnings })
 }
 
 fn unique(base: &str, from: usize, free: impl Fn(&String) -> bool) -> String {
@@ -110,8 +135,9 @@ fn named(wanted: &str, columns: &[String], path: &Path) -> Result<String> {
     }
 }
 
-/// The best known attribute that has a different value in every feature; else the best known one that has any.
-fn guess<'a>(features: impl Iterator<Item = &'a Map<String, Value>> + Clone, columns: &[String]) -> Option<String> {
+/// The best known attribute that has a different value in every feature; else any such whose name ends in `id`; else
+/// the best known one that has a value at all.
+fn guess<'a>(features: &(impl Iterator<Item = &'a Map<String, Value>> + Clone), columns: &[String]) -> Option<String> {
     let present: Vec<&String> =
         KNOWN.iter().filter_map(|known| columns.iter().find(|c| c.eq_ignore_ascii_case(known))).collect();
     let is_unique = |name: &&&String| {
@@ -119,7 +145,9 @@ fn guess<'a>(features: impl Iterator<Item = &'a Map<String, Value>> + Clone, col
         features.clone().all(|f| attribute(f, name).and_then(text_of).is_some_and(|id| seen.insert(id)))
     };
     let has_any = |name: &&&String| features.clone().any(|f| attribute(f, name).and_then(text_of).is_some());
-    present.iter().find(is_unique).or_else(|| present.iter().find(has_any)).map(|name| (*name).clone())
+    let ends_in_id: Vec<&String> = columns.iter().filter(|c| c.to_ascii_lowercase().ends_with("id")).collect();
+    let best = present.iter().find(is_unique).or_else(|| ends_in_id.iter().find(is_unique));
+    best.or_else(|| present.iter().find(has_any)).map(|name| (*name).clone())
 }
 
 /// An id as text, exactly as it stands; `None` for what is none.

@@ -19,6 +19,7 @@ mod wkb;
 #[cfg(test)]
 mod tests;
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use geo::{BoundingRect, MapCoordsInPlace, MultiPolygon, Rect};
@@ -86,6 +87,8 @@ pub struct FootprintLayer {
     pub id_attribute: Option<String>,
     /// What concerns the file as a whole, one sentence each.
     pub warnings: Vec<String>,
+    /// The number in the file of every footprint, by its id.
+    numbers: HashMap<String, usize>,
 }
 
 /// What a format tells of a file besides its features.
@@ -130,7 +133,14 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         index += 1;
     })?;
     columns.extend(&info.columns);
-    if let Some(filter) = &filter {
+    if let Some(wanted) = &options.layer
+        && ![info.layer.clone(), format::stem(&path)].iter().any(|name| name.eq_ignore_ascii_case(wanted))
+    {
+        return Err(
+            InputError::new(&path, format!("the only layer `{}`", info.layer), format!("a layer `{wanted}`")).into()
+        );
+    }
+    if let Some(filter) = filter.as_ref().filter(|_| !columns.names.is_empty()) {
         filter.check(&columns.names, &path)?;
     }
     let ids = ids::assign(kept.iter().map(|(_, f)| &f.attributes), &columns.names, options, &path)?;
@@ -142,12 +152,14 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         rejected: Vec::new(),
         id_attribute: ids.attribute,
         warnings: info.warnings,
+        numbers: HashMap::new(),
     };
     layer.warnings.extend(ids.warnings);
-    for ((index, RawFeature { attributes, outline }), assigned) in kept.into_iter().zip(ids.ids) {
+    for ((index, RawFeature { attributes, outline }), assigned) in kept.into_iter().zip(ids.assigned) {
         match outline.and_then(Outline::into_valid) {
             Ok((polygon, repairs)) => {
                 let notes = assigned.note.into_iter().chain(repairs).collect();
+                layer.numbers.insert(assigned.id.clone(), index);
                 layer.footprints.push(Footprint { id: assigned.id, polygon, attributes, notes });
             }
             Err(reason) => layer.rejected.push(Rejected { index, id: assigned.id, attributes, reason }),
@@ -186,14 +198,18 @@ impl FootprintLayer {
         };
         let extent = self.extent().map(|r| [r.min().x, r.min().y, r.max().x, r.max().y]);
         let transformer = Transformer::new(&source, target, extent).map_err(|reason| {
-            InputError::new(&self.path, format!("coordinates in {source}"), format!("coordinates that can be taken to {target}"))
-                .at(reason)
-                .remedy("Give the footprints in the reference system of the points, or say which one theirs is")
+            InputError::new(
+                &self.path,
+                format!("coordinates in {source}"),
+                format!("coordinates that can be taken to {target}"),
+            )
+            .at(reason)
+            .remedy("Give the footprints in the reference system of the points, or say which one theirs is")
         })?;
         if transformer.is_identity() {
             return Ok(Vec::new());
         }
-        for (index, mut footprint) in std::mem::take(&mut self.footprints).into_iter().enumerate() {
+        for mut footprint in std::mem::take(&mut self.footprints) {
             footprint.polygon.map_coords_in_place(|c| {
                 let mut point = [[c.x, c.y]];
                 transformer.transform(&mut point);
@@ -208,10 +224,12 @@ impl FootprintLayer {
                 Err(reason) => {
                     let Footprint { id, attributes, .. } = footprint;
                     let reason = format!("in {target}: {reason}");
+                    let index = self.numbers.get(&id).copied().unwrap_or_default();
                     self.rejected.push(Rejected { index, id, attributes, reason });
                 }
             }
         }
+        self.rejected.sort_by_key(|rejected| rejected.index);
         Ok(transformer.warning().map(str::to_string).into_iter().collect())
     }
 }
@@ -220,7 +238,7 @@ impl FootprintLayer {
 #[derive(Default)]
 struct Columns {
     names: Vec<String>,
-    seen: std::collections::HashSet<String>,
+    seen: HashSet<String>,
 }
 
 impl Columns {

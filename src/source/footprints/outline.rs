@@ -34,9 +34,8 @@ pub(super) struct Outline {
 
 impl From<&MultiPolygon<f64>> for Outline {
     fn from(polygons: &MultiPolygon<f64>) -> Self {
-        let rings = |p: &Polygon<f64>| {
-            std::iter::once(p.exterior()).chain(p.interiors()).map(|ring| ring.0.clone()).collect()
-        };
+        let rings =
+            |p: &Polygon<f64>| std::iter::once(p.exterior()).chain(p.interiors()).map(|ring| ring.0.clone()).collect();
         Self { polygons: polygons.iter().map(rings).collect(), notes: Vec::new() }
     }
 }

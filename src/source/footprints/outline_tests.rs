@@ -37,7 +37,8 @@ fn what_is_valid_keeps_every_bit() {
     let (turned, notes) = valid(vec![vec![exterior.iter().rev().copied().collect()]]);
     assert!(notes.is_empty() && turned.unsigned_area() == polygon.unsigned_area());
     // A hole that touches its exterior in one point is valid.
-    let (polygon, notes) = valid(vec![vec![square(0.0, 0.0, 4.0), ring(&[(0.0, 2.0), (2.0, 1.0), (2.0, 3.0), (0.0, 2.0)])]]);
+    let (polygon, notes) =
+        valid(vec![vec![square(0.0, 0.0, 4.0), ring(&[(0.0, 2.0), (2.0, 1.0), (2.0, 3.0), (0.0, 2.0)])]]);
     assert!(notes.is_empty() && polygon.0[0].interiors().len() == 1);
 }
 
@@ -48,10 +49,19 @@ fn rings_are_mended() {
     // A bow-tie of two triangles of base 4 and height 2.
     assert_repaired(vec![vec![ring(&[(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0), (0.0, 0.0)])]], 2, 8.0);
     // A spike out of a corner and one along an edge.
-    assert_repaired(vec![vec![ring(&[(0.0, 0.0), (4.0, 0.0), (9.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0)])]], 1, 16.0);
-    assert_repaired(vec![vec![ring(&[(0.0, 0.0), (9.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0)])]], 1, 16.0);
+    assert_repaired(
+        vec![vec![ring(&[(0.0, 0.0), (4.0, 0.0), (9.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0)])]],
+        1,
+        16.0,
+    );
+    assert_repaired(
+        vec![vec![ring(&[(0.0, 0.0), (9.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0)])]],
+        1,
+        16.0,
+    );
     // An exterior that encloses its hole by touching itself.
-    let banana = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0), (0.0, 0.0), (2.0, 6.0), (6.0, 6.0), (6.0, 2.0), (0.0, 0.0)];
+    let banana =
+        [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0), (0.0, 0.0), (2.0, 6.0), (6.0, 6.0), (6.0, 2.0), (0.0, 0.0)];
     assert_repaired(vec![vec![ring(&banana)]], 1, 64.0 - 24.0);
     // A ring that runs around twice.
     let twice: Ring = square(0.0, 0.0, 3.0).into_iter().chain(square(0.0, 0.0, 3.0)).collect();

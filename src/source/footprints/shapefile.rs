@@ -21,25 +21,25 @@ const RECORD_HEADER: usize = 8;
 /// Reads a shapefile. Record after record is cut out and judged by itself.
 pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
     let mut info = LayerInfo { layer: stem(path), ..LayerInfo::default() };
-    let text_beside =
-        |extension: &str| with_extension(path, extension).and_then(|file| fs::read(file).ok()).map(|bytes| {
-            String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').trim().to_string()
-        });
-    match text_beside("prj") {
-        Some(definition) => info.crs = crs_of_file(path, &definition, options)?,
-        None if options.crs.is_none() => info.warnings.push("there is no .prj beside it: the reference system is unknown".into()),
-        None => {}
-    }
-    let mut table = match with_extension(path, "dbf") {
-        Some(dbf) => Some(Table::open(&dbf, text_beside("cpg").as_deref())?),
-        None => {
-            info.warnings.push("there is no .dbf beside it: features have no attributes".into());
-            None
-        }
+    let text_beside = |extension: &str| {
+        with_extension(path, extension)
+            .and_then(|file| fs::read(file).ok())
+            .map(|bytes| String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').trim().to_string())
     };
+    if let Some(definition) = text_beside("prj") {
+        info.crs = crs_of_file(path, &definition, options)?;
+    } else if options.crs.is_none() {
+        info.warnings.push("there is no .prj beside it: the reference system is unknown".into());
+    }
+    let dbf = with_extension(path, "dbf");
+    let mut table = dbf.map(|dbf| Table::open(&dbf, text_beside("cpg").as_deref())).transpose()?;
+    if table.is_none() {
+        info.warnings.push("there is no .dbf beside it: features have no attributes".into());
+    }
     if let Some(table) = &table {
         info.columns.extend(table.columns().cloned());
-        info.warnings.extend(table.binary_columns().map(|name| format!("attribute `{name}` is binary and was left out")));
+        info.warnings
+            .extend(table.binary_columns().map(|name| format!("attribute `{name}` is binary and was left out")));
     }
     let mut deleted = 0;
     let mut attributes_of_next = || table.as_mut().map(Table::next);
@@ -135,13 +135,6 @@ fn plane<P>(rings: &[PolygonRing<P>], xy: impl Fn(&P) -> (f64, f64)) -> Vec<(Rin
 fn grouped(rings: Vec<(Ring, bool)>) -> Vec<Vec<Ring>> {
     let (holes, exteriors): (Vec<_>, Vec<_>) = rings.into_iter().partition(|(_, is_hole)| *is_hole);
     let mut polygons: Vec<Vec<Ring>> = exteriors.into_iter().map(|(ring, _)| vec![ring]).collect();
-    if let ([only], true) = (polygons.as_mut_slice(), holes.iter().all(|(ring, _)| is_finite(ring))) {
-        let (inside, outside): (Vec<_>, Vec<_>) =
-            holes.into_iter().map(|(ring, _)| ring).partition(|ring| is_inside(ring, &only[0]));
-        only.extend(inside);
-        polygons.extend(outside.into_iter().map(|ring| vec![ring]));
-        return polygons;
-    }
     let mut without = Vec::new();
     for (hole, _) in holes {
         let around = polygons

@@ -1,4 +1,4 @@
-//! GeoPackage (OGC 12-128r19) and SpatiaLite, both in SQLite; also SQLite files in which GDAL keeps plain WKB.
+//! GeoPackage (OGC 12-128r19) and SpatiaLite, both in `SQLite`; also `SQLite` files in which GDAL keeps plain WKB.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -20,8 +20,18 @@ const SPATIALITE_LAYERS: &str =
     "SELECT f_table_name, f_geometry_column, %TYPE%, srid FROM geometry_columns ORDER BY f_table_name";
 /// Geometry types that can hold polygons, by name and by number (modulo 1000).
 const POLYGON_TYPES: [&str; 12] = [
-    "GEOMETRY", "POLYGON", "MULTIPOLYGON", "GEOMETRYCOLLECTION", "SURFACE", "MULTISURFACE", "CURVEPOLYGON", "0", "3",
-    "6", "7", "12",
+    "GEOMETRY",
+    "POLYGON",
+    "MULTIPOLYGON",
+    "GEOMETRYCOLLECTION",
+    "SURFACE",
+    "MULTISURFACE",
+    "CURVEPOLYGON",
+    "0",
+    "3",
+    "6",
+    "7",
+    "12",
 ];
 
 /// A table with geometry.
@@ -38,7 +48,9 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let connection = open(path).map_err(fault)?;
     let is_geopackage = has_table(&connection, "gpkg_contents").map_err(fault)?;
     if !is_geopackage && !has_table(&connection, "geometry_columns").map_err(fault)? {
-        return Err(InputError::new(path, "an SQLite database without layers", "a GeoPackage or SpatiaLite file").into());
+        return Err(
+            InputError::new(path, "an SQLite database without layers", "a GeoPackage or SpatiaLite file").into()
+        );
     }
     let layers = layers(&connection, is_geopackage).map_err(fault)?;
     let layer = choose(path, &layers, options)?;
@@ -49,7 +61,9 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let mut blobs: Vec<_> = blobs.into_iter().collect();
     blobs.sort_unstable();
     info.warnings.extend(
-        blobs.into_iter().map(|(column, count)| format!("attribute `{column}` is binary in {count} features and was left out")),
+        blobs
+            .into_iter()
+            .map(|(column, count)| format!("attribute `{column}` is binary in {count} features and was left out")),
     );
     Ok(info)
 }
@@ -122,11 +136,13 @@ fn choose<'a>(path: &Path, layers: &'a [Layer], options: &FootprintOptions) -> R
     let names = || layers.iter().map(|layer| layer.table.as_str()).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = &options.layer {
         let exact = layers.iter().find(|layer| layer.table == *wanted);
-        return exact.or_else(|| layers.iter().find(|layer| layer.table.eq_ignore_ascii_case(wanted))).ok_or_else(|| {
-            InputError::new(path, format!("no layer `{wanted}`"), "a layer of the file")
-                .remedy(format!("There are: {}", names()))
-                .into()
-        });
+        return exact.or_else(|| layers.iter().find(|layer| layer.table.eq_ignore_ascii_case(wanted))).ok_or_else(
+            || {
+                InputError::new(path, format!("no layer `{wanted}`"), "a layer of the file")
+                    .remedy(format!("There are: {}", names()))
+                    .into()
+            },
+        );
     }
     let mut candidates = layers.iter().filter(|layer| layer.can_hold_polygons || layers.len() == 1);
     match (candidates.next(), candidates.next()) {
@@ -134,9 +150,11 @@ fn choose<'a>(path: &Path, layers: &'a [Layer], options: &FootprintOptions) -> R
         (None, _) => Err(InputError::new(path, "no layer with polygons", "a layer with polygons")
             .remedy(if layers.is_empty() { String::new() } else { format!("There are: {}", names()) })
             .into()),
-        (Some(_), Some(_)) => Err(InputError::new(path, format!("{} layers", layers.len()), "the name of the layer to read")
-            .remedy(format!("Name one of: {}", names()))
-            .into()),
+        (Some(_), Some(_)) => {
+            Err(InputError::new(path, format!("{} layers", layers.len()), "the name of the layer to read")
+                .remedy(format!("Name one of: {}", names()))
+                .into())
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::outline::{Outline, Ring};
 
 /// How deep collections may be nested.
 const DEEPEST: usize = 16;
-/// Bits of an EWKB type that say: z, m, SRID (PostGIS).
+/// Bits of an EWKB type that say: z, m, SRID (`PostGIS`).
 const EWKB_FLAGS: u32 = 0xE000_0000;
 
 /// The polygons of a blob, whichever of the four forms it has.
@@ -42,7 +42,9 @@ pub(super) fn outline(blob: &[u8]) -> Result<Outline, String> {
         (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
         (_, true) => Ok(outline),
         (false, false) => {
-            outline.notes.push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
+            outline
+                .notes
+                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
             Ok(outline)
         }
     }

@@ -1,8 +1,10 @@
 //! Whole files through [`read`]: real ones, and small ones of every format that the tests write themselves.
 
+mod formats;
+
 use std::fs;
 
-use geo::{Area, Contains, Distance, Euclidean, Validation, Winding};
+use geo::{Area, Distance, Euclidean, Validation, Winding};
 use serde_json::json;
 use tempfile::TempDir;
 
@@ -47,10 +49,10 @@ fn assert_sound(layer: &FootprintLayer) {
     for footprint in &layer.footprints {
         assert!(footprint.polygon.is_valid(), "{}", footprint.id);
         assert!(footprint.polygon.iter().all(|p| p.exterior().is_ccw()), "{}", footprint.id);
-        assert!(footprint.polygon.iter().flat_map(|p| p.interiors()).all(Winding::is_cw), "{}", footprint.id);
+        assert!(footprint.polygon.iter().flat_map(geo::Polygon::interiors).all(Winding::is_cw), "{}", footprint.id);
     }
     let all = ids(layer).into_iter().chain(layer.rejected.iter().map(|r| r.id.as_str()));
-    let unique: std::collections::HashSet<_> = all.clone().collect();
+    let unique: HashSet<_> = all.clone().collect();
     assert_eq!(all.count(), unique.len());
 }
 
@@ -191,6 +193,23 @@ fn nothing_is_dropped_in_silence() {
 }
 
 #[test]
+fn numbers_that_json_does_not_have_cost_one_feature() {
+    let folder = TempDir::new().unwrap();
+    let path = geojson(
+        &folder,
+        &[
+            polygon(&json!({"id": 1, "h": "H"}), &json!([square(0.0, 0.0, 5.0)])),
+            polygon(&json!({"id": 2}), &json!([square(0.5, 0.0, 5.0)])),
+        ],
+    );
+    let text = fs::read_to_string(&path).unwrap().replace("\"H\"", "NaN").replace("0.5", "NaN");
+    fs::write(&path, text).unwrap();
+    let layer = plain(&path);
+    assert_eq!(layer.footprints[0].attributes["h"], json!(null));
+    assert!(layer.rejected[0].id == "2" && layer.rejected[0].reason.contains("cannot be understood"));
+}
+
+#[test]
 fn collections_give_their_polygons_and_holes_stay() {
     let folder = TempDir::new().unwrap();
     let collection = json!({"type": "Feature", "properties": {}, "geometry": {"type": "GeometryCollection",
@@ -262,194 +281,4 @@ fn a_filter_leaves_out_and_names_what_it_does_not_know() {
     assert!(filtered("height > 99").unwrap().warnings.iter().any(|w| w.contains("none of 2")));
     let error = filtered("color = 'red'").unwrap_err().to_string();
     assert!(error.contains("`color`") && error.contains("id, status, height"), "{error}");
-}
-
-/// A well-known binary polygon of one ring, with z where wanted.
-fn wkb(kind: u32, ring: &[[f64; 3]], dimensions: usize) -> Vec<u8> {
-    let mut bytes = vec![1];
-    for number in [kind, 1, ring.len() as u32] {
-        bytes.extend(number.to_le_bytes());
-    }
-    for point in ring {
-        point[..dimensions].iter().for_each(|c| bytes.extend(c.to_le_bytes()));
-    }
-    bytes
-}
-
-const RING: [[f64; 3]; 5] =
-    [[0.0, 0.0, 1.0], [0.0, 10.0, 2.0], [10.0, 10.0, 3.0], [10.0, 0.0, 4.0], [0.0, 0.0, 1.0]];
-
-#[test]
-fn geopackages_with_layers_and_all_kinds_of_values() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("made.gpkg");
-    let database = rusqlite::Connection::open(&path).unwrap();
-    database
-        .execute_batch(
-            "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);
-             CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER);
-             CREATE TABLE gpkg_spatial_ref_sys (srs_id INTEGER, organization TEXT, organization_coordsys_id INTEGER, definition TEXT);
-             INSERT INTO gpkg_spatial_ref_sys VALUES (28992, 'EPSG', 28992, 'undefined');
-             INSERT INTO gpkg_contents VALUES ('pand', 'features', 28992), ('wegen', 'features', 28992);
-             INSERT INTO gpkg_geometry_columns VALUES ('pand', 'geom', 'MULTIPOLYGON', 28992), ('wegen', 'geom', 'LINESTRING', 28992);
-             CREATE TABLE pand (fid INTEGER PRIMARY KEY, geom BLOB, identificatie TEXT, big INTEGER, ok BOOLEAN, day DATE, photo BLOB, h REAL);
-             CREATE TABLE wegen (fid INTEGER PRIMARY KEY, geom BLOB);",
-        )
-        .unwrap();
-    let header = [b"GP\0\x01".as_slice(), &28992_i32.to_le_bytes()].concat();
-    let blob = |wkb: &[u8]| [header.as_slice(), wkb].concat();
-    let curve = [vec![1], 10_u32.to_le_bytes().to_vec(), 1_u32.to_le_bytes().to_vec()].concat();
-    let greedy = [vec![1], 3_u32.to_le_bytes().to_vec(), u32::MAX.to_le_bytes().to_vec()].concat();
-    let insert = "INSERT INTO pand VALUES (?1, ?2, ?3, 9007199254740993, 1, '2020-01-31', x'00', 2.5)";
-    let mut infinite = RING;
-    infinite[1][0] = f64::INFINITY;
-    for (fid, geometry, id) in [
-        (1, Some(blob(&wkb(1003, &RING, 3))), "0001"),
-        (2, Some(wkb(3, &RING, 2)), "0002"),
-        (3, None, "0003"),
-        (4, Some(blob(&curve)), "0004"),
-        (5, Some(blob(&greedy)), "0005"),
-        (6, Some(blob(&wkb(3, &infinite, 2))), "0006"),
-    ] {
-        database.execute(insert, (fid, geometry, id)).unwrap();
-    }
-    drop(database);
-    let layer = plain(&path);
-    assert_eq!((layer.layer.as_str(), ids(&layer)), ("pand", vec!["0001", "0002"]));
-    assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:28992"));
-    let expected = json!({"fid": 1, "identificatie": "0001", "big": 9_007_199_254_740_993_i64, "ok": true,
-        "day": "2020-01-31", "h": 2.5});
-    assert_eq!(Value::Object(layer.footprints[0].attributes.clone()), expected);
-    assert_eq!(layer.footprints[0].polygon.unsigned_area(), 100.0);
-    assert!(layer.warnings.iter().any(|w| w.contains("`photo`")));
-    let reasons: Vec<_> = layer.rejected.iter().map(|r| r.reason.as_str()).collect();
-    for (reason, says) in reasons.iter().zip(["no geometry", "curved", "cannot be understood", "not finite"]) {
-        assert!(reason.contains(says), "{reason}");
-    }
-    assert_sound(&layer);
-    let roads = read(&path, &FootprintOptions { layer: Some("WEGEN".into()), ..Default::default() }).unwrap();
-    assert!(roads.layer == "wegen" && roads.footprints.is_empty());
-    let error = read(&path, &FootprintOptions { layer: Some("huis".into()), ..Default::default() }).unwrap_err();
-    assert!(error.to_string().contains("pand, wegen"), "{error}");
-}
-
-#[test]
-fn spatialite_blobs() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("made.sqlite");
-    let database = rusqlite::Connection::open(&path).unwrap();
-    database
-        .execute_batch(
-            "CREATE TABLE geometry_columns (f_table_name TEXT, f_geometry_column TEXT, geometry_type INTEGER, coord_dimension INTEGER, srid INTEGER, spatial_index_enabled INTEGER);
-             CREATE TABLE spatial_ref_sys (srid INTEGER, auth_name TEXT, auth_srid INTEGER, ref_sys_name TEXT, proj4text TEXT, srtext TEXT);
-             INSERT INTO geometry_columns VALUES ('h', 'geometry', 3, 2, 2154, 0);
-             INSERT INTO spatial_ref_sys VALUES (2154, 'epsg', 2154, '', '', '');
-             CREATE TABLE h (pk INTEGER PRIMARY KEY, geometry BLOB);",
-        )
-        .unwrap();
-    let mut blob = vec![0, 1];
-    blob.extend(2154_i32.to_le_bytes());
-    [0.0, 0.0, 10.0, 10.0].iter().for_each(|c: &f64| blob.extend(c.to_le_bytes()));
-    blob.push(0x7C);
-    blob.extend(&wkb(3, &RING, 2)[1..]);
-    blob.push(0xFE);
-    database.execute("INSERT INTO h VALUES (1, ?1)", [blob]).unwrap();
-    drop(database);
-    let layer = plain(&path);
-    assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:2154"));
-    assert_eq!(layer.footprints[0].polygon.unsigned_area(), 100.0, "{:?}", layer.rejected);
-}
-
-#[test]
-fn shapefiles_with_holes_long_numbers_and_accents() {
-    use ::shapefile::dbase::{FieldName, TableWriterBuilder};
-    use ::shapefile::{Point, PolygonRing, Writer};
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("made.shp");
-    let table = TableWriterBuilder::new().add_character_field(FieldName::try_from("NAME").unwrap(), 20);
-    let table = table.add_numeric_field(FieldName::try_from("LONGID").unwrap(), 18, 0);
-    let ring = |x: f64, side: f64, clockwise: bool| {
-        let mut points = vec![Point::new(x, x), Point::new(x, x + side), Point::new(x + side, x + side)];
-        points.extend([Point::new(x + side, x), Point::new(x, x)]);
-        if clockwise { PolygonRing::Outer(points) } else { PolygonRing::Inner(points) }
-    };
-    let mut writer = Writer::from_path(&path, table).unwrap();
-    let mut record = ::shapefile::dbase::Record::default();
-    record.insert("NAME".into(), ::shapefile::dbase::FieldValue::Character(Some("X".into())));
-    record.insert("LONGID".into(), ::shapefile::dbase::FieldValue::Numeric(Some(1.0)));
-    let rings = vec![ring(0.0, 10.0, true), ring(20.0, 5.0, true), ring(21.0, 1.0, false), ring(2.0, 4.0, false)];
-    writer.write_shape_and_record(&::shapefile::Polygon::with_rings(rings), &record).unwrap();
-    writer.write_shape_and_record(&::shapefile::Polygon::new(ring(50.0, 2.0, true)), &record).unwrap();
-    drop(writer);
-    // A number beyond the precision of f64 and a name in Latin-1, as they stand in many tables.
-    let mut dbf = fs::read(path.with_extension("dbf")).unwrap();
-    let start = usize::from(u16::from_le_bytes([dbf[8], dbf[9]])) + 1;
-    dbf[start..start + 20].copy_from_slice(b"  Caf\xe9 du  Nord     ");
-    dbf[start + 20..start + 38].copy_from_slice(b"123456789012345679");
-    fs::write(path.with_extension("dbf"), dbf).unwrap();
-    fs::write(path.with_extension("cpg"), "ISO-8859-1").unwrap();
-    // The last shape is cut off.
-    let shp = fs::read(&path).unwrap();
-    fs::write(&path, &shp[..shp.len() - 20]).unwrap();
-    let options = FootprintOptions { id_attribute: Some("longid".into()), ..Default::default() };
-    let layer = read(&path, &options).unwrap();
-    assert_eq!(ids(&layer), ["123456789012345679"]);
-    assert_eq!(layer.footprints[0].attributes["NAME"], json!("  Café du  Nord"));
-    let polygon = &layer.footprints[0].polygon;
-    assert_eq!(polygon.0.len(), 2);
-    assert_eq!(polygon.unsigned_area(), 100.0 - 16.0 + 25.0 - 1.0);
-    assert!(polygon.contains(&geo::Point::new(21.0, 23.0)) && !polygon.contains(&geo::Point::new(3.0, 3.0)));
-    assert!(layer.rejected.len() == 1 && layer.rejected[0].reason.contains("ends within"), "{:?}", layer.rejected);
-    assert!(layer.crs.is_none() && layer.warnings.iter().any(|w| w.contains(".prj")));
-    assert_sound(&layer);
-}
-
-#[test]
-fn flatgeobuf_with_a_header_crs_and_damage() {
-    use ::flatgeobuf::{ColumnType, FgbCrs, FgbWriter, FgbWriterOptions, GeometryType};
-    use geozero::{ColumnValue, PropertyProcessor};
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("made.fgb");
-    let options =
-        FgbWriterOptions { crs: FgbCrs { code: 28992, ..Default::default() }, write_index: true, ..Default::default() };
-    let mut writer = FgbWriter::create_with_options("panden", GeometryType::MultiPolygon, options).unwrap();
-    writer.add_column("fid", ColumnType::ULong, |_, _| {});
-    writer.add_column("name", ColumnType::String, |_, _| {});
-    for i in 0..3_u32 {
-        let x = f64::from(i) * 100.0;
-        let shape = geo::Geometry::Polygon(geo::Rect::new((x, 0.0), (x + 10.0, 20.0)).to_polygon());
-        writer
-            .add_feature_geom(shape, |feature| {
-                feature.property(0, "fid", &ColumnValue::ULong(u64::MAX - u64::from(i))).unwrap();
-                feature.property(1, "name", &ColumnValue::String("no. 1")).unwrap();
-            })
-            .unwrap();
-    }
-    let mut bytes = Vec::new();
-    writer.write(&mut bytes).unwrap();
-    fs::write(&path, &bytes).unwrap();
-    let layer = plain(&path);
-    assert_eq!((layer.layer.as_str(), layer.footprints.len()), ("panden", 3));
-    assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:28992"));
-    let mut sorted = ids(&layer);
-    sorted.sort_unstable();
-    assert_eq!(sorted, ["18446744073709551613", "18446744073709551614", "18446744073709551615"]);
-    assert_eq!(layer.footprints[0].attributes["name"], json!("no. 1"));
-    assert_eq!(layer.footprints[0].polygon.unsigned_area(), 200.0);
-    assert_sound(&layer);
-    // Whatever is damaged, the answer is a layer or an error.
-    for cut in (0..bytes.len()).step_by(7) {
-        fs::write(&path, &bytes[..cut]).unwrap();
-        if let Ok(layer) = read(&path, &FootprintOptions::default()) {
-            assert!(layer.footprints.len() == 3 || !layer.warnings.is_empty(), "cut at {cut}");
-        }
-    }
-    for at in 8..bytes.len() {
-        let mut damaged = bytes.clone();
-        damaged[at] ^= 0xA5;
-        fs::write(&path, &damaged).unwrap();
-        if let Ok(layer) = read(&path, &FootprintOptions::default()) {
-            assert_sound(&layer);
-        }
-    }
 }

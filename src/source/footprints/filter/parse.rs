@@ -1,231 +1,26 @@
-//! The attribute filter: one small part of SQL for all formats, with its three-valued logic.
+//! From the text of a filter to its expression.
 
-use std::cmp::Ordering;
-use std::path::Path;
+use serde_json::Value;
 
-use serde_json::{Map, Value};
-
-use super::attribute;
-use crate::error::{InputError, Result};
+use super::{Comparison, Expression, Operand};
 
 /// How deep parentheses and `NOT` may be nested.
 const DEEPEST: usize = 64;
 
-/// A parsed filter.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Filter {
-    text: String,
-    root: Expression,
-    /// The attributes that it names.
-    attributes: Vec<String>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Expression {
-    And(Vec<Expression>),
-    Or(Vec<Expression>),
-    Not(Box<Expression>),
-    Compare(Operand, Comparison, Operand),
-    Like { operand: Operand, pattern: Vec<char>, ignore_case: bool },
-    In(Operand, Vec<Operand>),
-    IsNull(Operand),
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Operand {
-    Attribute(String),
-    Literal(Value),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Comparison {
-    Equal,
-    NotEqual,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-}
-
-impl Filter {
-    /// Parses a filter for the features of `path`.
-    pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
-        let tokens = tokens(text).and_then(|tokens| {
-            let mut parser = Parser { tokens: &tokens, next: 0, depth: 0, end: text.chars().count() };
-            let root = parser.disjunction()?;
-            parser.finish()?;
-            Ok(root)
-        });
-        match tokens {
-            Ok(root) => {
-                let mut attributes = Vec::new();
-                root.attributes(&mut attributes);
-                Ok(Self { text: text.to_string(), root, attributes })
-            }
-            Err(Fault { at, found, expected }) => Err(InputError::new(path, found, expected)
-                .at(format!("filter `{text}`, character {}", at + 1))
-                .remedy("Write for example: status = 'in use' AND height > 3.5 AND NOT name IS NULL")
-                .into()),
-        }
-    }
-
-    /// Whether a feature passes; an attribute that it lacks is null, and *unknown* does not pass.
-    pub(super) fn matches(&self, attributes: &Map<String, Value>) -> bool {
-        self.root.evaluate(attributes) == Some(true)
-    }
-
-    /// Whether all attributes that it names are among `columns`.
-    pub(super) fn check(&self, columns: &[String], path: &Path) -> Result<()> {
-        let unknown = self.attributes.iter().find(|name| !columns.iter().any(|c| c.eq_ignore_ascii_case(name)));
-        match unknown {
-            None => Ok(()),
-            Some(name) => Err(InputError::new(path, format!("no attribute `{name}`"), "attributes that features have")
-                .at(format!("filter `{}`", self.text))
-                .remedy(format!("There are: {} (text stands in 'single quotes')", columns.join(", ")))
-                .into()),
-        }
-    }
-}
-
-impl Expression {
-    fn evaluate(&self, attributes: &Map<String, Value>) -> Option<bool> {
-        match self {
-            Self::And(terms) => decide(false, terms.iter().map(|term| term.evaluate(attributes))),
-            Self::Or(terms) => decide(true, terms.iter().map(|term| term.evaluate(attributes))),
-            Self::Not(inner) => inner.evaluate(attributes).map(|truth| !truth),
-            Self::Compare(a, comparison, b) => {
-                let order = compare(a.value(attributes)?, b.value(attributes)?)?;
-                Some(match comparison {
-                    Comparison::Equal => order == Ordering::Equal,
-                    Comparison::NotEqual => order != Ordering::Equal,
-                    Comparison::Less => order == Ordering::Less,
-                    Comparison::LessOrEqual => order != Ordering::Greater,
-                    Comparison::Greater => order == Ordering::Greater,
-                    Comparison::GreaterOrEqual => order != Ordering::Less,
-                })
-            }
-            Self::Like { operand, pattern, ignore_case } => {
-                let text = match operand.value(attributes)? {
-                    Value::String(text) => text.clone(),
-                    other => other.to_string(),
-                };
-                let text = if *ignore_case { text.to_lowercase() } else { text };
-                Some(is_like(&text.chars().collect::<Vec<_>>(), pattern))
-            }
-            Self::In(operand, list) => {
-                let value = operand.value(attributes)?;
-                let is_equal = |item: &Operand| Some(compare(value, item.value(attributes)?)? == Ordering::Equal);
-                decide(true, list.iter().map(is_equal))
-            }
-            Self::IsNull(operand) => Some(operand.value(attributes).is_none()),
-        }
-    }
-
-    fn attributes(&self, names: &mut Vec<String>) {
-        let mut operand = |operand: &Operand| {
-            if let Operand::Attribute(name) = operand {
-                names.push(name.clone());
-            }
-        };
-        match self {
-            Self::And(terms) | Self::Or(terms) => terms.iter().for_each(|term| term.attributes(names)),
-            Self::Not(inner) => inner.attributes(names),
-            Self::Compare(a, _, b) => {
-                operand(a);
-                operand(b);
-            }
-            Self::Like { operand: o, .. } | Self::IsNull(o) => operand(o),
-            Self::In(o, list) => {
-                operand(o);
-                list.iter().for_each(operand);
-            }
-        }
-    }
-}
-
-/// Three-valued OR (`winner` true) and AND (`winner` false): the winner wins, else *unknown* does.
-fn decide(winner: bool, terms: impl Iterator<Item = Option<bool>>) -> Option<bool> {
-    let mut is_known = true;
-    for term in terms {
-        if term == Some(winner) {
-            return term;
-        }
-        is_known &= term.is_some();
-    }
-    is_known.then_some(!winner)
-}
-
-impl Operand {
-    /// The value; `None` for null.
-    fn value<'a>(&'a self, attributes: &'a Map<String, Value>) -> Option<&'a Value> {
-        let value = match self {
-            Self::Attribute(name) => attribute(attributes, name)?,
-            Self::Literal(value) => value,
-        };
-        (!value.is_null()).then_some(value)
-    }
-}
-
-/// The order of two values; numbers by value also where one of them stands as text; `None` where there is no order.
-fn compare(a: &Value, b: &Value) -> Option<Ordering> {
-    match (a, b) {
-        (Value::String(a), Value::String(b)) => Some(a.cmp(b)),
-        (Value::Bool(a), Value::Bool(b)) => Some(a.cmp(b)),
-        _ => match (integer(a), integer(b)) {
-            (Some(a), Some(b)) => Some(a.cmp(&b)),
-            _ => number(a)?.partial_cmp(&number(b)?),
-        },
-    }
-}
-
-fn integer(value: &Value) -> Option<i128> {
-    match value {
-        Value::Number(n) => n.as_i64().map(i128::from).or_else(|| n.as_u64().map(i128::from)),
-        Value::String(text) => text.trim().parse().ok(),
-        Value::Bool(value) => Some(i128::from(*value)),
-        _ => None,
-    }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Number(n) => n.as_f64(),
-        Value::String(text) => text.trim().parse().ok(),
-        Value::Bool(value) => Some(f64::from(u8::from(*value))),
-        _ => None,
-    }
-}
-
-/// SQL's `LIKE`: `%` is any text, `_` any character. Time at most the product of the lengths.
-fn is_like(text: &[char], pattern: &[char]) -> bool {
-    let (mut t, mut p) = (0, 0);
-    let mut retry = None;
-    while t < text.len() {
-        match pattern.get(p) {
-            Some('%') => {
-                retry = Some((p, t));
-                p += 1;
-            }
-            Some(&c) if c == '_' || c == text[t] => {
-                t += 1;
-                p += 1;
-            }
-            _ => {
-                let Some((percent, start)) = retry else { return false };
-                retry = Some((percent, start + 1));
-                p = percent + 1;
-                t = start + 1;
-            }
-        }
-    }
-    pattern[p..].iter().all(|&c| c == '%')
+/// The expression that a text stands for.
+pub(super) fn expression(text: &str) -> Result<Expression, Fault> {
+    let tokens = tokens(text)?;
+    let mut parser = Parser { tokens: &tokens, next: 0, depth: 0, end: text.chars().count() };
+    let root = parser.disjunction()?;
+    parser.finish()?;
+    Ok(root)
 }
 
 /// What is wrong, and at which character.
-struct Fault {
-    at: usize,
-    found: String,
-    expected: String,
+pub(super) struct Fault {
+    pub at: usize,
+    pub found: String,
+    pub expected: String,
 }
 
 impl Fault {
@@ -284,7 +79,9 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Fault> {
             c if c.is_ascii_digit() || matches!(c, '-' | '+' | '.') => {
                 let in_number = |i: usize| {
                     let c = chars[i];
-                    c.is_ascii_alphanumeric() || c == '.' || (matches!(c, '-' | '+') && matches!(chars[i - 1], 'e' | 'E'))
+                    c.is_ascii_alphanumeric()
+                        || c == '.'
+                        || (matches!(c, '-' | '+') && matches!(chars[i - 1], 'e' | 'E'))
                 };
                 let end = (at + 1..chars.len()).find(|&i| !in_number(i)).unwrap_or(chars.len());
                 let word: String = chars[at..end].iter().collect();
@@ -442,7 +239,8 @@ impl Parser<'_> {
     }
 
     fn keyword(&mut self, keyword: &str) -> bool {
-        let is_next = matches!(self.tokens.get(self.next), Some((_, Token::Word(w))) if w.eq_ignore_ascii_case(keyword));
+        let is_next =
+            matches!(self.tokens.get(self.next), Some((_, Token::Word(w))) if w.eq_ignore_ascii_case(keyword));
         self.next += usize::from(is_next);
         is_next
     }

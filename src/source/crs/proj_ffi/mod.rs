@@ -5,33 +5,28 @@
 //! that made it: a [`Context`] is shared by reference counting, so that it outlives all its objects.
 #![allow(unsafe_code)]
 
+mod operation;
+
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use std::rc::Rc;
 
 use proj_sys::{
-    PJ, PJ_COMPARISON_CRITERION_PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS, PJ_CONTEXT, PJ_DIRECTION_PJ_FWD,
-    PJ_LOG_LEVEL_PJ_LOG_NONE, PJ_OBJ_LIST, PJ_TYPE, PJ_TYPE_PJ_TYPE_BOUND_CRS, PJ_TYPE_PJ_TYPE_COMPOUND_CRS,
-    PJ_TYPE_PJ_TYPE_CONVERSION, PJ_TYPE_PJ_TYPE_DERIVED_PROJECTED_CRS, PJ_TYPE_PJ_TYPE_ENGINEERING_CRS,
-    PJ_TYPE_PJ_TYPE_GEOCENTRIC_CRS, PJ_TYPE_PJ_TYPE_GEOGRAPHIC_2D_CRS, PJ_TYPE_PJ_TYPE_GEOGRAPHIC_3D_CRS,
-    PJ_TYPE_PJ_TYPE_PROJECTED_CRS, PJ_TYPE_PJ_TYPE_VERTICAL_CRS, PJ_WKT_TYPE_PJ_WKT1_GDAL, PJ_WKT_TYPE_PJ_WKT2_2019,
-    PROJ_GRID_AVAILABILITY_USE_PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID,
-    PROJ_GRID_AVAILABILITY_USE_PROJ_GRID_AVAILABILITY_IGNORED,
-    PROJ_SPATIAL_CRITERION_PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION, PROJ_STRING_LIST, proj_as_wkt,
-    proj_concatoperation_get_step, proj_concatoperation_get_step_count, proj_context_create, proj_context_destroy,
-    proj_context_errno, proj_context_errno_string, proj_context_set_database_path, proj_context_set_enable_network,
-    proj_coordoperation_get_accuracy, proj_coordoperation_get_grid_used, proj_coordoperation_get_grid_used_count,
-    proj_coordoperation_has_ballpark_transformation, proj_create, proj_create_compound_crs, proj_create_from_wkt,
-    proj_create_operation_factory_context, proj_create_operations, proj_crs_alter_cs_linear_unit,
-    proj_crs_demote_to_2D, proj_crs_get_coordinate_system, proj_crs_get_geodetic_crs, proj_crs_get_sub_crs,
-    proj_cs_get_axis_count, proj_cs_get_axis_info, proj_destroy, proj_get_id_auth_name, proj_get_id_code,
-    proj_get_name, proj_get_source_crs, proj_get_type, proj_identify, proj_int_list_destroy,
-    proj_is_equivalent_to_with_ctx, proj_list_destroy, proj_list_get, proj_list_get_count, proj_log_level,
-    proj_normalize_for_visualization, proj_operation_factory_context_destroy,
-    proj_operation_factory_context_set_area_of_interest, proj_operation_factory_context_set_grid_availability_use,
-    proj_operation_factory_context_set_spatial_criterion, proj_string_list_destroy, proj_trans_generic,
-    proj_uom_get_info_from_database,
+    PJ, PJ_COMPARISON_CRITERION_PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS, PJ_CONTEXT, PJ_LOG_LEVEL_PJ_LOG_NONE,
+    PJ_OBJ_LIST, PJ_TYPE, PJ_TYPE_PJ_TYPE_BOUND_CRS, PJ_TYPE_PJ_TYPE_COMPOUND_CRS, PJ_TYPE_PJ_TYPE_CONVERSION,
+    PJ_TYPE_PJ_TYPE_DERIVED_PROJECTED_CRS, PJ_TYPE_PJ_TYPE_ENGINEERING_CRS, PJ_TYPE_PJ_TYPE_GEOCENTRIC_CRS,
+    PJ_TYPE_PJ_TYPE_GEOGRAPHIC_2D_CRS, PJ_TYPE_PJ_TYPE_GEOGRAPHIC_3D_CRS, PJ_TYPE_PJ_TYPE_PROJECTED_CRS,
+    PJ_TYPE_PJ_TYPE_VERTICAL_CRS, PJ_WKT_TYPE_PJ_WKT1_GDAL, PJ_WKT_TYPE_PJ_WKT2_2019, PROJ_STRING_LIST, proj_as_wkt,
+    proj_context_create, proj_context_destroy, proj_context_errno, proj_context_errno_string,
+    proj_context_set_database_path, proj_context_set_enable_network, proj_create, proj_create_compound_crs,
+    proj_create_from_wkt, proj_crs_alter_cs_linear_unit, proj_crs_demote_to_2D, proj_crs_get_coordinate_system,
+    proj_crs_get_geodetic_crs, proj_crs_get_sub_crs, proj_cs_get_axis_count, proj_cs_get_axis_info, proj_destroy,
+    proj_get_id_auth_name, proj_get_id_code, proj_get_name, proj_get_source_crs, proj_get_type, proj_identify,
+    proj_int_list_destroy, proj_is_equivalent_to_with_ctx, proj_list_destroy, proj_list_get, proj_list_get_count,
+    proj_log_level, proj_string_list_destroy, proj_uom_get_info_from_database,
 };
+
+pub(super) use operation::Grids;
 
 /// The name under which PROJ (9.6) knows the database that was linked into it.
 const EMBEDDED_DATABASE: &CStr = c"__embedded_proj_db__";
@@ -49,22 +44,6 @@ pub(super) enum Kind {
     Bound,
     Conversion,
     Other,
-}
-
-/// Whether operations whose grids are not installed are listed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Grids {
-    /// Only operations that can be carried out here.
-    Installed,
-    /// All operations, as if every grid were there.
-    AnyKnown,
-}
-
-/// A grid that an operation uses.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Grid {
-    pub name: String,
-    pub is_available: bool,
 }
 
 /// A unit of measure of the database.
@@ -339,115 +318,6 @@ impl Object {
         }
     }
 
-    /// Operations from this CRS to another, best first. `area` is west, south, east, north in degrees.
-    pub(super) fn operations_to(&self, target: &Self, area: Option<[f64; 4]>, grids: Grids) -> Vec<Self> {
-        let context = self.context.raw;
-        let grid_use = match grids {
-            Grids::Installed => PROJ_GRID_AVAILABILITY_USE_PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID,
-            Grids::AnyKnown => PROJ_GRID_AVAILABILITY_USE_PROJ_GRID_AVAILABILITY_IGNORED,
-        };
-        // SAFETY: live context and objects; the factory context is destroyed before leaving, the list is taken over.
-        unsafe {
-            let factory = proj_create_operation_factory_context(context, ptr::null());
-            if factory.is_null() {
-                return Vec::new();
-            }
-            proj_operation_factory_context_set_grid_availability_use(context, factory, grid_use);
-            proj_operation_factory_context_set_spatial_criterion(
-                context,
-                factory,
-                PROJ_SPATIAL_CRITERION_PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION,
-            );
-            if let Some([west, south, east, north]) = area {
-                proj_operation_factory_context_set_area_of_interest(context, factory, west, south, east, north);
-            }
-            let list = proj_create_operations(context, self.raw, target.raw, factory);
-            proj_operation_factory_context_destroy(factory);
-            self.take_list(list).into_iter().flatten().collect()
-        }
-    }
-
-    /// The operation with x (or longitude) first on both sides, angles in degrees.
-    pub(super) fn normalized(&self) -> Option<Self> {
-        // SAFETY: live context and object.
-        Self::own(&self.context, unsafe { proj_normalize_for_visualization(self.context.raw, self.raw) })
-    }
-
-    /// Accuracy of an operation in metres; 0 when no change of datum is involved, `None` when nobody knows.
-    pub(super) fn accuracy(&self) -> Option<f64> {
-        // SAFETY: live context and object; steps are owned by the new objects.
-        unsafe {
-            let accuracy = proj_coordoperation_get_accuracy(self.context.raw, self.raw);
-            if accuracy >= 0.0 {
-                return Some(accuracy);
-            }
-            let steps = proj_concatoperation_get_step_count(self.context.raw, self.raw);
-            let only_conversions = (0..steps).all(|i| {
-                Self::own(&self.context, proj_concatoperation_get_step(self.context.raw, self.raw, i))
-                    .is_some_and(|step| step.kind() == Kind::Conversion)
-            });
-            (self.kind() == Kind::Conversion || (steps > 0 && only_conversions)).then_some(0.0)
-        }
-    }
-
-    /// Whether an operation leaves a change of datum out because none is known.
-    pub(super) fn is_ballpark(&self) -> bool {
-        // SAFETY: live context and object.
-        unsafe { proj_coordoperation_has_ballpark_transformation(self.context.raw, self.raw) != 0 }
-    }
-
-    /// The grids that an operation uses.
-    pub(super) fn grids(&self) -> Vec<Grid> {
-        // SAFETY: live context and object, indices below the count; strings belong to the object and are copied.
-        unsafe {
-            (0..proj_coordoperation_get_grid_used_count(self.context.raw, self.raw))
-                .map(|i| {
-                    let (mut name, mut available) = (ptr::null(), 0);
-                    proj_coordoperation_get_grid_used(
-                        self.context.raw,
-                        self.raw,
-                        i,
-                        &raw mut name,
-                        ptr::null_mut(),
-                        ptr::null_mut(),
-                        ptr::null_mut(),
-                        ptr::null_mut(),
-                        ptr::null_mut(),
-                        &raw mut available,
-                    );
-                    Grid { name: text(name), is_available: available != 0 }
-                })
-                .collect()
-        }
-    }
-
-    /// Carries out an operation in place; points that it cannot do become infinite.
-    pub(super) fn transform(&self, points: &mut [[f64; 2]]) {
-        let (count, stride) = (points.len(), size_of::<[f64; 2]>());
-        let Some(first) = points.first_mut() else { return };
-        let x = first.as_mut_ptr();
-        // SAFETY: `x` and `x + 1` are the first of `count` numbers each, `stride` bytes apart, all inside `points`,
-        // which is borrowed mutably; z and t are absent. The object is live and not shared between threads.
-        unsafe {
-            proj_trans_generic(
-                self.raw,
-                PJ_DIRECTION_PJ_FWD,
-                x,
-                stride,
-                count,
-                x.add(1),
-                stride,
-                count,
-                ptr::null_mut(),
-                0,
-                0,
-                ptr::null_mut(),
-                0,
-                0,
-            );
-        }
-    }
-
     /// The objects of a list, which is freed.
     ///
     /// # Safety
@@ -488,5 +358,11 @@ unsafe fn strings(list: PROJ_STRING_LIST) -> Vec<String> {
         return Vec::new();
     }
     // SAFETY: by the contract above; reading stops at the null pointer.
-    unsafe { (0..).map(|i| *list.add(i)).take_while(|s| !s.is_null()).map(|s| text(s)).collect() }
+    unsafe {
+        let mut copies = Vec::new();
+        while !(*list.add(copies.len())).is_null() {
+            copies.push(text(*list.add(copies.len())));
+        }
+        copies
+    }
 }

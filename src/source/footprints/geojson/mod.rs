@@ -3,6 +3,8 @@
 //! A collection is read feature by feature and every feature is judged by itself, so that neither the size of a file
 //! nor one bad feature matters.
 
+mod non_finite;
+
 use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -12,6 +14,8 @@ use ::geojson::{Geometry, GeometryValue, Position};
 use geo::Coord;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
+
+use non_finite::NonFiniteAsNull;
 
 use super::format::stem;
 use super::outline::{Outline, Ring};
@@ -25,7 +29,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     skip_byte_order_mark(&mut file).map_err(|e| Error::io(path, "read", e))?;
     let mut bounds = Bounds::default();
     let mut document = Document::default();
-    let mut json = serde_json::Deserializer::from_reader(file);
+    let mut json = serde_json::Deserializer::from_reader(BufReader::new(NonFiniteAsNull::new(file)));
     let mut take = |feature: RawFeature| {
         if let Ok(outline) = &feature.outline {
             bounds.extend(outline);
@@ -81,7 +85,8 @@ fn crs_of(
     let member = document.members.get("crs");
     let properties = member.and_then(|crs| crs.get("properties"));
     let name = properties.and_then(|p| p.get("name")).and_then(Value::as_str).map(str::to_string);
-    let code = properties.and_then(|p| p.get("code")).map(|code| format!("EPSG:{}", code.to_string().trim_matches('"')));
+    let code =
+        properties.and_then(|p| p.get("code")).map(|code| format!("EPSG:{}", code.to_string().trim_matches('"')));
     if let Some(definition) = name.or(code) {
         return Ok((crs_of_file(path, &definition, options)?, Vec::new()));
     }
@@ -237,7 +242,9 @@ fn outline_of(geometry: Value) -> Result<Outline, String> {
         (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
         (_, true) => Ok(outline),
         (false, false) => {
-            outline.notes.push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
+            outline
+                .notes
+                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
             Ok(outline)
         }
     }
@@ -246,10 +253,10 @@ fn outline_of(geometry: Value) -> Result<Outline, String> {
 /// Takes the polygons of a geometry and the names of what else it holds.
 fn collect(geometry: GeometryValue, outline: &mut Outline, others: &mut Vec<&'static str>) -> Result<(), String> {
     match geometry {
-        GeometryValue::Polygon { coordinates } => outline.polygons.push(rings(coordinates)?),
+        GeometryValue::Polygon { coordinates } => outline.polygons.push(rings(&coordinates)?),
         GeometryValue::MultiPolygon { coordinates } => {
             for polygon in coordinates {
-                outline.polygons.push(rings(polygon)?);
+                outline.polygons.push(rings(&polygon)?);
             }
         }
         GeometryValue::GeometryCollection { geometries } => {
@@ -265,7 +272,7 @@ fn collect(geometry: GeometryValue, outline: &mut Outline, others: &mut Vec<&'st
     Ok(())
 }
 
-fn rings(polygon: Vec<Vec<Position>>) -> Result<Vec<Ring>, String> {
+fn rings(polygon: &[Vec<Position>]) -> Result<Vec<Ring>, String> {
     let coord = |position: &Position| match position.as_slice() {
         [x, y, ..] => Ok(Coord { x: *x, y: *y }),
         short => Err(format!("a position has {} number(s), not two", short.len())),
