@@ -71,12 +71,19 @@ impl Thinned {
         }
     }
 
-    /// The points in the cells that touch the rectangle, row by row.
-    pub fn within(&self, low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = [f64; 3]> + '_ {
+    /// The points in the cells that touch the rectangle, in no particular order.
+    pub fn within(&self, low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 3]> {
         let (first, last) = (self.key(low), self.key(high));
+        let sides = [0, 1].map(|axis| i64::from(last[axis]) - i64::from(first[axis]) + 1);
+        // Footprints as wide as a country exist, by mistake or not: then it is faster to go through what there is.
+        if sides[0].saturating_mul(sides[1]) > self.cells.len() as i64 {
+            let touches = |key: &[i32; 2]| (0..2).all(|axis| (first[axis]..=last[axis]).contains(&key[axis]));
+            return self.cells.iter().filter(|(key, _)| touches(key)).map(|(_, point)| *point).collect();
+        }
         (first[1]..=last[1])
             .flat_map(move |row| (first[0]..=last[0]).map(move |column| [column, row]))
             .filter_map(|key| self.cells.get(&key).copied())
+            .collect()
     }
 
     fn key(&self, place: [f64; 2]) -> [i32; 2] {
@@ -137,7 +144,7 @@ pub(super) fn estimate(
 fn heights_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f64, inside: bool) -> Vec<f64> {
     let (frame, prepared) = (&all.frames[index], &all.prepared[index]);
     let Some((low, high)) = all.surroundings(index, width) else { return Vec::new() };
-    let kept = thinned.within(low, high).filter_map(|position| {
+    let kept = thinned.within(low, high).into_iter().filter_map(|position| {
         let [x, y, z] = to_local(frame, position);
         let wanted = if prepared.contains([x, y]) {
             inside
@@ -183,8 +190,10 @@ mod tests {
         for choice in [Choice::Central, Choice::Lowest] {
             let thin = |order: &[usize]| {
                 let mut thinned = Thinned::new(choice, 1.0, [1.0; 3]);
-                order.iter().for_each(|i| thinned.add(points[*i]));
-                thinned.within([0.0; 2], [0.9; 2]).collect::<Vec<_>>()
+                for i in order {
+                    thinned.add(points[*i]);
+                }
+                thinned.within([0.0; 2], [0.9; 2])
             };
             let expected = if choice == Choice::Central { [0.4, 0.5, 2.0] } else { [0.1, 0.9, 0.5] };
             for order in [&[0, 1, 2, 3][..], &[3, 2, 1, 0], &[1, 3, 0, 2, 2, 1, 0, 3]] {

@@ -53,7 +53,7 @@ pub struct Segmentation {
 /// model stands. Tiles are read on the threads of the current rayon pool.
 ///
 /// # Errors
-/// The CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the building classes do not
+/// An option is out of range; the CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the building classes do not
 /// occur; a tile can no longer be opened.
 pub fn segment(
     tiles: &[Tile],
@@ -62,6 +62,7 @@ pub fn segment(
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Segmentation> {
+    refuse::options(options)?;
     refuse::geographic(crs)?;
     refuse::without_points(tiles)?;
     let reach = options.ring_limit.max(options.ring_width);

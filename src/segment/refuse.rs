@@ -10,6 +10,33 @@ use crate::source::footprints::Footprint;
 use crate::source::points::{Extent, Tile};
 use geo::BoundingRect;
 
+/// A length, share or percentage that is out of range.
+pub(super) fn options(options: &SegmentOptions) -> Result<()> {
+    let any = f64::MIN_POSITIVE..=f64::MAX;
+    let ranges = [
+        ("ring_width", options.ring_width, any.clone()),
+        ("ring_limit", options.ring_limit, 0.0..=f64::MAX),
+        ("ground_percentile", options.ground_percentile, 0.0..=100.0),
+        ("least_height", options.least_height, 0.0..=f64::MAX),
+        ("flatness", options.flatness, 0.0..=1.0),
+        ("hover_gap", options.hover_gap, any.clone()),
+        ("party_wall_band", options.party_wall_band, 0.0..=f64::MAX),
+        ("party_wall_rise", options.party_wall_rise, any),
+    ];
+    for (name, value, range) in ranges {
+        if !range.contains(&value) {
+            let (low, high) = (range.start(), range.end());
+            let expected = match (*low > 0.0, *high < f64::MAX) {
+                (true, _) => "more than 0".to_owned(),
+                (false, true) => format!("{low} to {high}"),
+                (false, false) => "0 or more".to_owned(),
+            };
+            return Err(InputError::new("segmentation options", value.to_string(), expected).at(name).into());
+        }
+    }
+    Ok(())
+}
+
 /// Degrees are no lengths.
 pub(super) fn geographic(crs: &Crs) -> Result<()> {
     if crs.is_geographic {

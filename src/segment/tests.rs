@@ -81,8 +81,11 @@ impl Cloud {
     }
 }
 
+/// Id, points, numbers, and where the ground comes from.
+type Bits = (String, Vec<[u64; 3]>, [u64; 3], GroundSource);
+
 /// Every bit of the sites that comes from the points.
-fn bits(sites: &[Site]) -> Vec<(String, Vec<[u64; 3]>, [u64; 3], GroundSource)> {
+fn bits(sites: &[Site]) -> Vec<Bits> {
     let of = |site: &Site| {
         let points = site.points.iter().map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
         let numbers = [site.ground.height, site.ground.spread, site.coverage.share].map(f64::to_bits);
@@ -288,6 +291,13 @@ fn what_cannot_be_segmented_is_refused_with_a_reason() {
     assert!(error.contains("x 1000.00 to 1059.61, y 5000.00 to 5049.62 in EPSG:28992"), "{error}");
     let empty = Cloud::new().tile("a.laz", Style::default(), &[]);
     assert!(empty.segment(&footprints, &options).unwrap_err().to_string().contains("no point in 1 tiles"));
+    for (bad, name) in [
+        (SegmentOptions { ring_width: 0.0, ..SegmentOptions::default() }, "ring_width"),
+        (SegmentOptions { ground_percentile: 101.0, ..SegmentOptions::default() }, "ground_percentile"),
+        (SegmentOptions { hover_gap: f64::NAN, ..SegmentOptions::default() }, "hover_gap"),
+    ] {
+        assert!(cloud.segment(&footprints, &bad).unwrap_err().to_string().contains(name));
+    }
     let degrees = Crs { is_geographic: true, ..crs(1.0) };
     let error = segment(&[], footprints, &degrees, &options, &|_| {}).unwrap_err().to_string();
     assert!(error.contains("expected a projected CRS"), "{error}");

@@ -40,7 +40,7 @@ pub(super) struct Chunk {
 }
 
 impl Compression {
-    /// The compression stated by the LASzip record of `header`, whose uncompressed records are `record_len` bytes.
+    /// The compression stated by the `LASzip` record of `header`, whose uncompressed records are `record_len` bytes.
     ///
     /// # Errors
     /// What was found and what was expected.

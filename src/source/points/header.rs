@@ -17,11 +17,9 @@ const EVLR_HEADER_SIZE: u64 = 60;
 /// More than any real WKT or COPC hierarchy; longer records are passed over.
 const LONGEST_EVLR: u64 = 1 << 30;
 
-/// A header, and where and how the points stand in the file.
+/// Where and how the points stand in the file.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
-    /// The header with its variable length records.
-    pub header: las::Header,
     /// The version as it stands in the file, minor number of LAS 1.x.
     pub version_minor: u8,
     /// The point format as it stands in the file.
@@ -38,11 +36,11 @@ pub(super) struct Layout {
     pub compression: Option<Compression>,
 }
 
-/// Reads and checks the header of the tile at `path`, of `size` bytes.
+/// Reads and checks the header of the tile at `path`, of `size` bytes; gives it with its variable length records.
 ///
 /// # Errors
 /// What is wrong with the header, and where; or that the file cannot be read.
-pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result<Layout> {
+pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result<(las::Header, Layout)> {
     let fault = |place: &str, found: String, expected: &str| -> Error {
         InputError::new(path, found, expected)
             .at(place)
@@ -141,16 +139,9 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     } else {
         None
     };
-    Ok(Layout {
-        header,
-        version_minor: minor,
-        point_format,
-        data_start,
-        file_size: size,
-        points,
-        record_len,
-        compression,
-    })
+    let version_minor = minor;
+    let file_size = size;
+    Ok((header, Layout { version_minor, point_format, data_start, file_size, points, record_len, compression }))
 }
 
 /// The extended records that matter: CRS and COPC. A file that is cut off has lost its extended records, which stand at

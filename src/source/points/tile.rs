@@ -30,9 +30,11 @@ impl Extent {
 
     /// Takes `point` in.
     pub fn grow(&mut self, point: [f64; 3]) {
-        for axis in 0..3 {
-            self.min[axis] = self.min[axis].min(point[axis]);
-            self.max[axis] = self.max[axis].max(point[axis]);
+        for (bound, value) in self.min.iter_mut().zip(point) {
+            *bound = bound.min(value);
+        }
+        for (bound, value) in self.max.iter_mut().zip(point) {
+            *bound = bound.max(value);
         }
     }
 
@@ -85,8 +87,7 @@ impl Tile {
         if !meta.is_file() {
             return Err(InputError::new(path, "not a file", "a LAS, LAZ or COPC tile").into());
         }
-        let layout = header::read(path, &mut BufReader::new(file), meta.len())?;
-        let header = layout.header.clone();
+        let (header, layout) = header::read(path, &mut BufReader::new(file), meta.len())?;
         let (crs, crs_fault) = match Crs::from_header(&header) {
             Ok(crs) => (crs, None),
             Err(fault) => (None, Some(fault)),
