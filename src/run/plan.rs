@@ -60,10 +60,13 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             return Err(fault.remedy("Give another name with --report").into());
         }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, journal)?;
-        let layer = job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
+        let layer =
+            job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
-        warnings.iter().for_each(|warning| journal.warn(warning));
+        for warning in &warnings {
+            journal.warn(warning);
+        }
 
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let title = stem(footprint_path.or_else(|| paths.first().map(PathBuf::as_path)).unwrap_or(&model));
@@ -138,8 +141,9 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
     for problem in problems {
         journal.warn(&problem.to_string());
         let tile = tile_of(&problem).display().to_string();
-        let report = plan.inputs.tiles.iter_mut().find(|report| report.file == tile);
-        report.into_iter().for_each(|report| report.problems.push(problem.to_string()));
+        if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
+            report.problems.push(problem.to_string());
+        }
     }
     plan.inputs.points = counts;
     let incomplete = sites.iter().filter(|site| !plan.is_single && !site.coverage.is_complete()).count();
@@ -152,7 +156,7 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         .zip(notes)
         .map(|(site, notes)| {
             let site = if plan.is_single { single::without_footprint(site) } else { site };
-            Task::Reconstruct { site, notes }
+            Task::Reconstruct { site: Box::new(site), notes }
         })
         .collect();
     tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
