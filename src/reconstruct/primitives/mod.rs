@@ -4,7 +4,7 @@
 //! points ─► cloud ─► neighbours ─► normals ─► region growing │ RANSAC ─► refine (Algorithm 1) ─► primitives
 //! ```
 //!
-//! [`detect`] is the whole of that road. Its tolerances follow from the noise and the density that it measures in each
+//! [`detect()`] is the whole of that road. Its tolerances follow from the noise and the density that it measures in each
 //! building, so that one set of parameters serves laser scans of one to fifty points per square metre and noisier
 //! clouds from image matching alike.
 

@@ -229,8 +229,8 @@ mod tests {
 
     #[test]
     fn large_patches_with_a_slight_tilt_do_not_merge_into_a_bad_fit() {
-        // 1.7° between them, well below θ = 10°, and their centroids lie on each other's planes within 0.3 m; but one
-        // plane through both would miss each by 10 m · 0.015 / √12 · … ≈ 9 cm and more.
+        // 1.7° between them, well below θ = 10°, and they meet at x = 20; but the best plane through both leaves a V of
+        // ±0.015 over 20 m on each side: 0.015 · 20 m / √12 = 8.7 cm root mean square, above the tolerance of 7 cm.
         let halves = [grid([0.0, 20.0], [0.0, 8.0], 5.0, 0.0, 0.02), grid([20.0, 40.0], [0.0, 8.0], 4.4, 0.03, 0.02)];
         assert_eq!(refined(&halves, &merge_only(), 0.02).len(), 2);
         // A tenth of that tilt is within the tolerance of 7 cm.

@@ -41,7 +41,7 @@ impl Tolerances {
     /// The tolerances for a cloud of this noise (metres) and density (points per square metre), with normals from
     /// `neighbours` points.
     pub fn new(parameters: &DetectionParameters, noise: f64, density: f64, neighbours: usize) -> Self {
-        /// On AHN3 this explains 2 % more of the points than 1 does, with as many planes; 2 adds little but noise.
+        /// On AHN3 this explains 2.5 % more of the points than 1 does, with as many planes; 2 adds little but noise.
         const BORDER: f64 = 1.5;
         let least = parameters.minimum_tolerance.max(1e-3);
         let scaled = parameters.noise_factor.max(1.0) * noise;

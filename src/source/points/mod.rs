@@ -1,6 +1,6 @@
 //! Points: LAS 1.0 to 1.4, LAZ and COPC tiles, streamed so that memory stays flat whatever the file.
 //!
-//! - [`expand`] turns arguments (files, globs, folders) into tiles.
+//! - [`expand()`] turns arguments (files, globs, folders) into tiles.
 //! - [`Tile::open`] reads and checks the header, nothing more.
 //! - [`Tile::stream`] hands out the points block by block; of a COPC tile only the octree nodes that are wanted.
 //! - [`Tile::summary`] streams once and counts.
