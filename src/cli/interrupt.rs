@@ -2,9 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::FAILURE;
 use super::output::say;
+use crate::error::Error;
 
 static PRESSED: AtomicBool = AtomicBool::new(false);
+static SOMETHING_TO_SAVE: AtomicBool = AtomicBool::new(false);
 
 /// The exit code that shells give to a program that an interrupt ended: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
@@ -15,12 +18,21 @@ pub fn listen() {
         if PRESSED.swap(true, Ordering::SeqCst) {
             std::process::exit(INTERRUPTED);
         }
+        if !SOMETHING_TO_SAVE.load(Ordering::SeqCst) {
+            say(&format!("\nerror: {}", Error::Interrupted));
+            std::process::exit(FAILURE.into());
+        }
         say("\ninterrupted: completing what is under way and writing what is done (again to give up)");
     });
     if installed.is_err() {
         // The system's own way of ending the process stays in force; the run itself is not concerned.
         say("warning: Ctrl-C cannot be caught here and will lose what is done");
     }
+}
+
+/// From now on there is something that an interruption must not lose; before, it ends the process at once.
+pub fn something_to_save() {
+    SOMETHING_TO_SAVE.store(true, Ordering::SeqCst);
 }
 
 /// Whether it was pressed.

@@ -55,20 +55,12 @@ pub fn table(rows: &[Vec<String>], indent: &str) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|r| r.get(column)).map(|c| c.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut out = String::new();
-    for row in rows {
-        let mut line = indent.to_owned();
-        for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-            if column == 0 {
-                line += &format!("{cell:<width$}");
-            } else {
-                line += &format!("  {cell:>width$}");
-            }
-        }
-        out += line.trim_end();
-        out.push('\n');
-    }
-    out
+    let cell = |(column, (text, &width)): (usize, (&String, &usize))| match column {
+        0 => format!("{text:<width$}"),
+        _ => format!("  {text:>width$}"),
+    };
+    let line = |row: &Vec<String>| row.iter().zip(&widths).enumerate().map(cell).collect::<String>();
+    rows.iter().flat_map(|row| [indent, line(row).trim_end(), "\n"].map(str::to_owned)).collect()
 }
 
 #[cfg(test)]

@@ -101,8 +101,20 @@ impl Progress {
     }
 }
 
+/// Clears the bar of a stage that failed.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = self.lock().take().and_then(|stage| stage.bar) {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 impl Observer for Progress {
     fn event(&self, event: Event<'_>) {
+        if let Event::Finished { stage: Stage::Segment } = event {
+            interrupt::something_to_save();
+        }
         if self.verbosity == Verbosity::Quiet {
             return;
         }

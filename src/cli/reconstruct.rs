@@ -40,6 +40,7 @@ Exit codes:
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     /// LAS, LAZ or COPC files, folders of them, or glob patterns
     #[arg(required = true, value_name = "TILES")]
@@ -135,12 +136,7 @@ impl Args {
     /// A CRS that is none.
     fn into_job(self) -> Result<Job> {
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose()?;
-        let options = FootprintOptions {
-            layer: self.layer,
-            filter: self.filter,
-            id_attribute: self.id_attribute,
-            crs,
-        };
+        let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
         Ok(Job {
             tiles: self.tiles,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),

@@ -23,19 +23,14 @@ pub fn reason(reason: Reason) -> &'static str {
 
 /// One line on one building.
 pub fn building(building: &BuildingReport) -> String {
-    let mut line = format!("{}: {}", building.id, outcome(&building.outcome));
+    let mut parts = vec![outcome(&building.outcome)];
     if building.points > 0 {
-        line += &format!(", {} points", thousands(building.points as u64));
+        parts.push(format!("{} points", thousands(building.points as u64)));
     }
-    if let Some(rmse) = building.rmse_lod22 {
-        line += &format!(", RMSE {rmse:.2} m");
-    }
-    line += &format!(", {:.0} ms", building.wall_ms);
-    for note in &building.notes {
-        line += "; ";
-        line += note;
-    }
-    line
+    parts.extend(building.rmse_lod22.map(|rmse| format!("RMSE {rmse:.2} m")));
+    parts.push(format!("{:.0} ms", building.wall_ms));
+    parts.extend_from_slice(&building.notes);
+    format!("{}: {}", building.id, parts.join(", "))
 }
 
 fn outcome(outcome: &Outcome) -> String {
@@ -72,22 +67,18 @@ pub fn summary(report: &Report) -> String {
     rows.push(vec!["solids at LoD 1.2".into(), number(counts.solids_lod12)]);
     rows.push(vec!["points read".into(), thousands(report.inputs.points.read)]);
     rows.push(vec!["points in footprints".into(), thousands(counts.points)]);
-    let mut out = table(&rows, "");
-    let mut line = |name: &str, text: &str| out += &format!("{name:<20}  {text}\n");
+    let mut lines = Vec::new();
     if let Some(Percentiles { p50, p90, max, .. }) = report.quality.rmse_lod22 {
-        line("RMSE LoD 2.2", &format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst"));
+        lines.push(("RMSE LoD 2.2", format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst")));
     }
-    let mut cost = duration(report.wall_seconds);
-    if let Some(cpu) = report.cpu_seconds {
-        cost += &format!(", {} of processor time", duration(cpu));
-    }
-    if let Some(bytes) = report.peak_memory_bytes {
-        cost += &format!(", {} MB", bytes.div_ceil(1_000_000));
-    }
-    line("time and memory", &cost);
-    for file in &report.outputs {
-        line("written", file);
-    }
+    let mut cost = vec![duration(report.wall_seconds)];
+    cost.extend(report.cpu_seconds.map(|cpu| format!("{} of processor time", duration(cpu))));
+    cost.extend(report.peak_memory_bytes.map(|bytes| format!("{} MB", bytes.div_ceil(1_000_000))));
+    lines.push(("time and memory", cost.join(", ")));
+    lines.extend(report.outputs.iter().map(|file| ("written", file.clone())));
+
+    let mut out = table(&rows, "");
+    out.extend(lines.iter().map(|(name, text)| format!("{name:<20}  {text}\n")));
     out += &failed(report);
     if report.interrupted {
         out += "interrupted: the buildings that were done are written, the others are missing\n";
@@ -101,12 +92,10 @@ fn failed(report: &Report) -> String {
     if lacking.is_empty() {
         return String::new();
     }
-    let mut out = "without a model:\n".to_owned();
-    for building in lacking.iter().take(NAMED) {
-        out += &format!("  {}: {}\n", building.id, outcome(&building.outcome));
+    let mut lines = vec!["without a model:\n".to_owned()];
+    lines.extend(lacking.iter().take(NAMED).map(|b| format!("  {}: {}\n", b.id, outcome(&b.outcome))));
+    if lacking.len() > NAMED {
+        lines.push(format!("  and {} more: see the report\n", thousands((lacking.len() - NAMED) as u64)));
     }
-    if let Some(more) = lacking.len().checked_sub(NAMED).filter(|&n| n > 0) {
-        out += &format!("  and {} more: see the report\n", thousands(more as u64));
-    }
-    out
+    lines.concat()
 }

@@ -18,17 +18,21 @@ fn building(outcome: Outcome, points: usize, parts: Vec<Part>) -> BuildingReport
     BuildingReport::new(&building, std::time::Duration::from_micros(1500), None)
 }
 
-fn solid() -> Option<Solid> {
-    Some(Solid { step: [1e-4; 3], vertices: vec![], faces: vec![], surfaces: vec![] })
+fn solid() -> Solid {
+    Solid { step: [1e-4; 3], vertices: vec![], faces: vec![], surfaces: vec![] }
 }
 
 fn lod22() -> BuildingReport {
-    building(Outcome::Lod22, 100, vec![Part { lod12: solid(), lod22: solid() }, Part { lod12: None, lod22: solid() }])
+    building(
+        Outcome::Lod22,
+        100,
+        vec![Part { lod12: Some(solid()), lod22: Some(solid()) }, Part { lod12: None, lod22: Some(solid()) }],
+    )
 }
 
 fn lod12() -> BuildingReport {
     let outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "302".into() };
-    building(outcome, 50, vec![Part { lod12: solid(), lod22: None }])
+    building(outcome, 50, vec![Part { lod12: Some(solid()), lod22: None }])
 }
 
 fn skipped(reason: Reason, points: usize) -> BuildingReport {
@@ -41,7 +45,9 @@ fn rejected() -> BuildingReport {
 
 fn verdict(buildings: &[BuildingReport]) -> Verdict {
     let mut counts = Counts::default();
-    buildings.iter().for_each(|b| counts.add(b));
+    for building in buildings {
+        counts.add(building);
+    }
     counts.verdict()
 }
 
@@ -88,7 +94,9 @@ fn percentiles_are_values_of_buildings() {
 fn report() -> Report {
     let buildings = vec![lod22(), lod12(), rejected()];
     let mut counts = Counts { footprints: 3, ..Counts::default() };
-    buildings.iter().for_each(|b| counts.add(b));
+    for building in &buildings {
+        counts.add(building);
+    }
     Report {
         gable: "0.0.0".into(),
         command: vec!["gable".into()],

@@ -20,7 +20,7 @@ pub enum Task {
     /// A building to reconstruct.
     Reconstruct {
         /// What is known of it.
-        site: Site,
+        site: Box<Site>,
         /// What the reader of the result should know: repairs, a made-up id, an incomplete tile.
         notes: Vec<String>,
     },
@@ -173,7 +173,7 @@ mod tests {
     }
 
     fn tasks(n: usize) -> Vec<Task> {
-        (0..n).map(|i| Task::Reconstruct { site: site(i), notes: vec![format!("note {i}")] }).collect()
+        (0..n).map(|i| Task::Reconstruct { site: Box::new(site(i)), notes: vec![format!("note {i}")] }).collect()
     }
 
     /// A method that fails on building 3.

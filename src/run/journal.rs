@@ -31,12 +31,12 @@ impl<'a> Journal<'a> {
         }
         let watch = Stopwatch::start(Scope::Process);
         self.event(Event::Started { stage, total });
-        let done = work(self);
+        let done = work(self)?;
         self.event(Event::Finished { stage });
         let seconds = |time: std::time::Duration| time.as_secs_f64();
         let cpu_seconds = watch.cpu().map(seconds);
         self.stages.push(StageReport { stage, wall_seconds: seconds(watch.wall()), cpu_seconds });
-        done
+        Ok(done)
     }
 
     /// The warnings, the stages, and the clock of the whole run.

@@ -43,11 +43,7 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_with(
-    job: &Job,
-    observer: &dyn Observer,
-    method: impl Fn(&Site) -> Building + Sync,
-) -> Result<Report> {
+pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Building + Sync) -> Result<Report> {
     let started = report::now();
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;

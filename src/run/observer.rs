@@ -57,7 +57,7 @@ pub enum Event<'a> {
         /// How much was done since the last event.
         by: u64,
     },
-    /// A stage is over.
+    /// A stage is over; one that fails never is.
     Finished {
         /// The stage.
         stage: Stage,

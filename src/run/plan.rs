@@ -10,7 +10,7 @@ use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::{output, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::error::{InputError, Result};
+use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
 use crate::segment::{Segmentation, segment};
 use crate::sink::Format;
@@ -55,11 +55,18 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         Format::of(&model)?;
         output::prepare(&model, job.overwrite)?;
         output::prepare(&report, job.overwrite || job.report.is_none())?;
+        if model == report {
+            let fault = InputError::new(&report, "the model and the report in one file", "a file for each");
+            return Err(fault.remedy("Give another name with --report").into());
+        }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, journal)?;
-        let layer = job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
+        let layer =
+            job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
-        warnings.iter().for_each(|warning| journal.warn(warning));
+        for warning in &warnings {
+            journal.warn(warning);
+        }
 
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let title = stem(footprint_path.or_else(|| paths.first().map(PathBuf::as_path)).unwrap_or(&model));
@@ -129,12 +136,14 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
     let Segmentation { sites, notes, counts, problems } = journal.stage(Stage::Segment, total, |journal| {
         let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
         pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
+            .map_err(|error| name_the_footprints(error, plan))
     })?;
     for problem in problems {
         journal.warn(&problem.to_string());
         let tile = tile_of(&problem).display().to_string();
-        let report = plan.inputs.tiles.iter_mut().find(|report| report.file == tile);
-        report.into_iter().for_each(|report| report.problems.push(problem.to_string()));
+        if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
+            report.problems.push(problem.to_string());
+        }
     }
     plan.inputs.points = counts;
     let incomplete = sites.iter().filter(|site| !plan.is_single && !site.coverage.is_complete()).count();
@@ -147,11 +156,23 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         .zip(notes)
         .map(|(site, notes)| {
             let site = if plan.is_single { single::without_footprint(site) } else { site };
-            Task::Reconstruct { site, notes }
+            Task::Reconstruct { site: Box::new(site), notes }
         })
         .collect();
     tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
     Ok(tasks)
+}
+
+/// Segmentation knows footprints, not their file: a fault of theirs gets its name and the CRS that it came in.
+fn name_the_footprints(error: Error, plan: &Plan) -> Error {
+    match (error, &plan.inputs.footprints) {
+        (Error::Input(mut fault), Some(report)) if fault.file == Path::new("footprints") => {
+            fault.file = PathBuf::from(&report.file);
+            fault.place = format!("in {}", report.crs.as_deref().unwrap_or("a CRS that it does not name"));
+            fault.into()
+        }
+        (error, _) => error,
+    }
 }
 
 /// The tile that has the problem.

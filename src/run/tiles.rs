@@ -25,8 +25,7 @@ pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
     let mut open = OpenTiles { tiles: Vec::new(), reports: Vec::new() };
     let mut first_fault = None;
     for path in paths {
-        let mut report =
-            TileReport { file: path.display().to_string(), points: 0, crs: None, problems: Vec::new() };
+        let mut report = TileReport { file: path.display().to_string(), points: 0, crs: None, problems: Vec::new() };
         match Tile::open(path) {
             Ok(tile) => {
                 report.points = tile.points;
@@ -78,12 +77,11 @@ pub fn agree_on_crs(
     } else {
         let Some((first, crs)) = named().next() else { return Err(unknown(tiles, footprints).into()) };
         if let Some((other, different)) = named().find(|(_, other)| !is_same(crs, other)) {
-            let fault = InputError::new(
-                &other.path,
-                different.to_string(),
-                format!("{crs} as in {}", first.path.display()),
-            );
-            return Err(fault.remedy("Reproject the tiles to one CRS, or give --crs if one of the two is wrong").into());
+            let fault =
+                InputError::new(&other.path, different.to_string(), format!("{crs} as in {}", first.path.display()));
+            return Err(fault
+                .remedy("Reproject the tiles to one CRS, or give --crs if one of the two is wrong")
+                .into());
         }
         let nameless = tiles.iter().filter(|tile| tile.crs.is_none()).count();
         if nameless > 0 {
@@ -128,7 +126,6 @@ fn unknown(tiles: &[Tile], footprints: Option<&Crs>) -> InputError {
         _ => String::new(),
     };
     let expected = "a WKT record or GeoTIFF keys that name one";
-    InputError::new(tile, found, expected).remedy(format!(
-        "Give it with --crs, as in --crs EPSG:7415 (with heights if they have a datum){hint}"
-    ))
+    InputError::new(tile, found, expected)
+        .remedy(format!("Give it with --crs, as in --crs EPSG:7415 (with heights if they have a datum){hint}"))
 }

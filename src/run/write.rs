@@ -60,7 +60,8 @@ fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
     // The corner of all frames depends on the footprints alone, as each frame does.
     let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
     let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
-    let translate = std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round() as i64);
+    let translate =
+        std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round() as i64);
     Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),

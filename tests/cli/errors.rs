@@ -22,7 +22,8 @@ fn help_and_version_are_exit_code_0() {
     assert_says(&gable(["--version"]).out, &["gable ", env!("CARGO_PKG_VERSION")]);
     let help = gable(["reconstruct", "--help"]);
     assert_eq!(help.code, 0);
-    let documented = ["Examples:", "--footprints", "--overwrite", "--crs", "--jobs", "--detector", "[default: region-growing]"];
+    let documented =
+        ["Examples:", "--footprints", "--overwrite", "--crs", "--jobs", "--detector", "[default: region-growing]"];
     assert_says(&help.out, &documented);
     assert_says(&gable(["--help"]).out, &["Exit codes:", "gable info"]);
 }

@@ -59,10 +59,9 @@ pub fn main(args: &Args) -> Outcome {
     };
     let (tiles, footprints) = sort(&args.files);
     let (info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options)?;
-    if info.tiles.is_empty() && info.footprints.is_empty() {
-        if let Some(fault) = faults.pop() {
-            return Err(fault);
-        }
+    let nothing = info.tiles.is_empty() && info.footprints.is_empty();
+    if let Some(fault) = faults.pop_if(|_| nothing) {
+        return Err(fault);
     }
     for fault in &faults {
         say(&format!("error: {fault}"));

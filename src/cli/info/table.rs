@@ -55,7 +55,11 @@ fn tile(tile: &TileInfo) -> String {
     let points = thousands(summary.points);
     line(&mut out, "format", &format!("{kind} {}, point format {}, {points} points", tile.version, tile.point_format));
     let date = tile.date.as_deref().unwrap_or("no date");
-    line(&mut out, "made", &format!("{date}, {}", if tile.software.is_empty() { "unknown software" } else { &tile.software }));
+    line(
+        &mut out,
+        "made",
+        &format!("{date}, {}", if tile.software.is_empty() { "unknown software" } else { &tile.software }),
+    );
     line(&mut out, "CRS", &crs(tile.crs.as_ref(), tile.crs_fault.as_deref()));
     let decimals = if tile.crs.as_ref().is_some_and(|crs| crs.geographic) { 6 } else { 2 };
     match summary.extent {
@@ -111,14 +115,12 @@ fn total(tiles: &[TileInfo]) -> String {
 
 fn footprints(layer: &FootprintsInfo) -> String {
     let mut out = format!("{}\n", layer.file);
-    let mut text = counted(layer.footprints, "footprint");
-    if let Some(area) = layer.area {
-        text += &format!(", {} m²", thousands(area.round() as u64));
-    }
+    let mut parts = vec![counted(layer.footprints, "footprint")];
+    parts.extend(layer.area.map(|area| format!("{} m²", thousands(area.round() as u64))));
     if layer.mended > 0 {
-        text += &format!(", {} of them mended", thousands(layer.mended as u64));
+        parts.push(format!("{} of them mended", thousands(layer.mended as u64)));
     }
-    line(&mut out, "footprints", &text);
+    line(&mut out, "footprints", &parts.join(", "));
     line(&mut out, "CRS", &crs(layer.crs.as_ref(), None).replace("--crs", "--footprint-crs"));
     if let Some([min, max]) = layer.extent {
         let decimals = if layer.crs.as_ref().is_some_and(|crs| crs.geographic) { 6 } else { 2 };
