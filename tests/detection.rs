@@ -51,7 +51,10 @@ fn quick_start() -> Option<Vec<Vec<Point3<f64>>>> {
 fn roofs_of_delft_are_explained_by_few_planes() {
     let Some(clouds) = quick_start() else { return };
     for detector in [Detector::RegionGrowing, Detector::Ransac] {
-        let parameters = Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() }, ..Parameters::default() };
+        let parameters = Parameters {
+            detection: DetectionParameters { detector, ..DetectionParameters::default() },
+            ..Parameters::default()
+        };
         let (mut points, mut near, mut primitives, mut noises) = (0, 0, Vec::new(), Vec::new());
         let started = Instant::now();
         for cloud in clouds.iter().filter(|cloud| cloud.len() >= 50) {

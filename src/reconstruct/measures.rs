@@ -64,9 +64,9 @@ pub fn rmse<'a>(solids: impl IntoIterator<Item = &'a Solid>, points: &[Point3<f6
     }
     // Roofs first: most points are on them, and a small distance early spares the other faces.
     patches.sort_by(|a, b| b.normal.z.total_cmp(&a.normal.z));
-    let squares = points.iter().map(|point| {
-        patches.iter().fold(f64::INFINITY, |least, patch| patch.squared_distance(point, least))
-    });
+    let squares = points
+        .iter()
+        .map(|point| patches.iter().fold(f64::INFINITY, |least, patch| patch.squared_distance(point, least)));
     Some((squares.sum::<f64>() / points.len() as f64).sqrt())
 }
 

@@ -112,8 +112,14 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
     let fixed: Vec<Option<bool>> =
         cells.map(|cell| (!hypotheses.covers(&complex.cell_centroid(cell).xy())).then_some(false)).collect();
     let support = facet_support(&complex, &hypotheses, &fixed);
-    let evidence =
-        Evidence { occupancy: &occupancy, volumes: &volumes, areas: &areas, support: &support, fixed: &fixed };
+    let evidence = Evidence {
+        occupancy: &occupancy,
+        volumes: &volumes,
+        areas: &areas,
+        support: &support,
+        fixed: &fixed,
+        height_field: field.is_height_field(),
+    };
     let inside = labelling::label(&complex, &evidence, &parameters.labelling);
     if !inside.contains(&true) {
         return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));

@@ -81,9 +81,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
         s.height(s.building.measures.ridge_height)
     }),
-    row("gable_rmse_lod12", "m", "root mean square of the distances of the points to the nearest face at LoD 1.2", |s| {
-        number(s.building.measures.rmse_lod12, 3)
-    }),
+    row(
+        "gable_rmse_lod12",
+        "m",
+        "root mean square of the distances of the points to the nearest face at LoD 1.2",
+        |s| number(s.building.measures.rmse_lod12, 3),
+    ),
     row(
         "gable_rmse_lod22",
         "m",

@@ -84,9 +84,19 @@ impl Network {
 
     /// Adds arcs `a` → `b` and `b` → `a`, both of this capacity, not negative.
     pub fn add_edge(&mut self, a: usize, b: usize, capacity: i64) {
-        for (from, to) in [(a, b), (b, a)] {
+        self.add_arcs(a, b, [capacity; 2]);
+    }
+
+    /// Adds the arc `a` → `b` of this capacity, not negative; nothing flows back. With a capacity that no flow comes near,
+    /// `b` is on the source side whenever `a` is.
+    pub fn add_arc(&mut self, a: usize, b: usize, capacity: i64) {
+        self.add_arcs(a, b, [capacity, 0]);
+    }
+
+    fn add_arcs(&mut self, a: usize, b: usize, capacities: [i64; 2]) {
+        for ((from, to), residual) in [(a, b), (b, a)].into_iter().zip(capacities) {
             let arc = self.arcs.len() as u32;
-            self.arcs.push(Arc { head: to as u32, next: self.nodes[from].first, residual: capacity });
+            self.arcs.push(Arc { head: to as u32, next: self.nodes[from].first, residual });
             self.nodes[from].first = arc;
         }
     }

@@ -64,6 +64,9 @@ pub struct Evidence<'a> {
     pub support: &'a [f64],
     /// Cells whose label is known: those below the ground or outside the footprint are outside. May be empty.
     pub fixed: &'a [Option<bool>],
+    /// Whether the evidence is a height field. It cannot know of overhangs then, and whatever lies under the inside is
+    /// inside.
+    pub height_field: bool,
 }
 
 impl Evidence<'_> {
@@ -113,7 +116,7 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
     let capacity = |value: f64| (value * scale).round() as i64;
     let forever = 1i64 << 60;
 
-    let mut network = maxflow::Network::new(complex.cells.len(), complex.facets.len());
+    let mut network = maxflow::Network::new(complex.cells.len(), 2 * complex.facets.len());
     for (cell, &[outside, inside]) in terms.data.iter().enumerate() {
         match evidence.fixed(cell) {
             // No flow comes near this: every way between two fixed cells leads over a facet.
@@ -131,6 +134,18 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
                 }
             }
             [a, b] => network.add_edge(a as usize, b as usize, capacity(cost)),
+        }
+    }
+    if evidence.height_field {
+        for facet in &complex.facets {
+            // Planes that are not vertical point up, so that the cell on the negative side is the lower one.
+            let upward = complex.planes.get(facet.plane as usize).is_some_and(|plane| plane.normal[2] > 0);
+            if let ([below, above], true) = (facet.cells, upward)
+                && below != OUTSIDE
+                && above != OUTSIDE
+            {
+                network.add_arc(above as usize, below as usize, forever);
+            }
         }
     }
     let mut inside = network.cut().source_side;

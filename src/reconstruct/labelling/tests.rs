@@ -40,8 +40,14 @@ fn the_label_is_the_best_of_all() {
         for seed in 0..20u64 {
             let occupancy: Vec<f64> =
                 (0..12u64).map(|i| ((i * 7919 + seed * 104_729 + 13) * 2_654_435_761 % 1000) as f64 / 999.0).collect();
-            let evidence =
-                Evidence { occupancy: &occupancy, volumes: &volumes, areas: &areas, support: &[], fixed: &[] };
+            let evidence = Evidence {
+                occupancy: &occupancy,
+                volumes: &volumes,
+                areas: &areas,
+                support: &[],
+                fixed: &[],
+                height_field: false,
+            };
             let found = label(&complex, &evidence, &parameters);
             let least = (0u32..1 << 12)
                 .map(|mask| {
@@ -63,8 +69,14 @@ fn fixed_labels_hold_whatever_the_occupancy() {
     let (volumes, areas) = (vec![1.0; 27], vec![1.0; complex.facets.len()]);
     let fixed: Vec<Option<bool>> = (0..27).map(|i| (i % 5 == 0).then_some(i % 2 == 0)).collect();
     for occupancy in [vec![0.0; 27], vec![1.0; 27], vec![f64::NAN; 27]] {
-        let evidence =
-            Evidence { occupancy: &occupancy, volumes: &volumes, areas: &areas, support: &[], fixed: &fixed };
+        let evidence = Evidence {
+            occupancy: &occupancy,
+            volumes: &volumes,
+            areas: &areas,
+            support: &[],
+            fixed: &fixed,
+            height_field: false,
+        };
         let found = label(&complex, &evidence, &LabellingParameters { lambda: 5.0, ..Default::default() });
         for (label, fixed) in found.iter().zip(&fixed) {
             assert!(fixed.is_none_or(|f| f == *label));
@@ -76,7 +88,7 @@ fn fixed_labels_hold_whatever_the_occupancy() {
 fn nothing_known_is_nothing_inside() {
     let blocks = cube(2);
     let complex = complex(&blocks, STRAIGHT);
-    let evidence = Evidence { occupancy: &[], volumes: &[], areas: &[], support: &[], fixed: &[] };
+    let evidence = Evidence { occupancy: &[], volumes: &[], areas: &[], support: &[], fixed: &[], height_field: false };
     assert_eq!(label(&complex, &evidence, &LabellingParameters::default()), [false; 8]);
 }
 
@@ -99,7 +111,14 @@ fn smoothness_removes_a_spike_unless_its_facets_are_supported() {
         .collect();
     let parameters = LabellingParameters { lambda: 0.65, ..Default::default() };
     let towers = |support: &[f64]| {
-        let evidence = Evidence { occupancy: &occupancy, volumes: &volumes, areas: &areas, support, fixed: &[] };
+        let evidence = Evidence {
+            occupancy: &occupancy,
+            volumes: &volumes,
+            areas: &areas,
+            support,
+            fixed: &[],
+            height_field: false,
+        };
         let found = label(&complex, &evidence, &parameters);
         assert_eq!(blocks.iter().zip(&found).filter(|(b, l)| b[0][2] == 0 && **l).count(), 9);
         blocks.iter().zip(&found).filter(|(b, l)| tower(b) && **l).count()
@@ -124,4 +143,31 @@ fn cavities_are_filled_and_courtyards_stay() {
     assert_eq!(fill_cavities(&complex, &mut inside), 2);
     assert_eq!(inside.iter().filter(|i| !**i).count(), 2);
     assert!(!inside[at(2, 2, 3)] && inside[at(1, 1, 2)]);
+}
+
+#[test]
+fn under_a_height_field_nothing_hangs_over() {
+    // A column whose lower cell looks empty under a full one: the evidence for the upper cell decides for both, or the
+    // evidence against the lower.
+    let blocks: Vec<Block> = cube(2).into_iter().filter(|b| b[0][0] == 0 && b[0][1] == 0).collect();
+    let complex = complex(&blocks, STRAIGHT);
+    let (volumes, areas) = (vec![1.0; 2], vec![1.0; complex.facets.len()]);
+    let lower = usize::from(blocks[0][0][2] != 0);
+    for (low, high, together) in [(0.3, 0.9, true), (0.1, 0.6, false)] {
+        let mut occupancy = [low; 2];
+        occupancy[1 - lower] = high;
+        let free = Evidence {
+            occupancy: &occupancy,
+            volumes: &volumes,
+            areas: &areas,
+            support: &[],
+            fixed: &[],
+            height_field: false,
+        };
+        let parameters = LabellingParameters { lambda: 0.0, ..Default::default() };
+        let hanging = label(&complex, &free, &parameters);
+        assert_eq!((hanging[lower], hanging[1 - lower]), (false, true));
+        let standing = label(&complex, &Evidence { height_field: true, ..free }, &parameters);
+        assert_eq!(standing, [together; 2]);
+    }
 }

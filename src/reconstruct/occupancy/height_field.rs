@@ -111,4 +111,8 @@ impl Occupancy for HeightField<'_> {
             })
             .collect()
     }
+
+    fn is_height_field(&self) -> bool {
+        true
+    }
 }

@@ -10,4 +10,9 @@ pub use height_field::HeightField;
 pub trait Occupancy {
     /// One value per cell, 0 (outside) to 1 (inside), in the order of [`Complex::cells`].
     fn occupancy(&self, complex: &Complex) -> Vec<f64>;
+
+    /// Whether the field knows one height per place only, and so nothing of overhangs.
+    fn is_height_field(&self) -> bool {
+        false
+    }
 }

@@ -215,9 +215,9 @@ impl RoofMap {
         let plausible = |map: &Self, label: u32, i: usize| {
             let p = map.centre(i % map.columns, i / map.columns);
             let height = primitives.get(label as usize).and_then(|roof| roof.plane.height_at(p.x, p.y));
-            height.zip(ranges.get(label as usize)).is_some_and(|(height, [low, high])| {
-                height > low - EXTRAPOLATION && height < high + EXTRAPOLATION
-            })
+            height
+                .zip(ranges.get(label as usize))
+                .is_some_and(|(height, [low, high])| height > low - EXTRAPOLATION && height < high + EXTRAPOLATION)
         };
         let near = self.spread(&self.labels, |label, i| plausible(self, label, i));
         let all = self.spread(&near, |_, _| true);

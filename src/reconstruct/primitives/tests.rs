@@ -9,7 +9,10 @@ use super::*;
 use crate::reconstruct::Parameters;
 
 fn with(detector: Detector) -> Parameters {
-    Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() }, ..Parameters::default() }
+    Parameters {
+        detection: DetectionParameters { detector, ..DetectionParameters::default() },
+        ..Parameters::default()
+    }
 }
 
 const DETECTORS: [Detector; 2] = [Detector::RegionGrowing, Detector::Ransac];
