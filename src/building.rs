@@ -114,9 +114,9 @@ pub struct Measures {
     pub roof_heights: Option<RoofHeights>,
     /// Height of the highest edge between two roof planes.
     pub ridge_height: Option<f64>,
-    /// Root mean square of the vertical distances of the building points to the LoD 1.2 and LoD 2.2 roofs.
+    /// Root mean square of the distances of the building points to the nearest face of the LoD 1.2 model, metres.
     pub rmse_lod12: Option<f64>,
-    /// See [`Self::rmse_lod12`].
+    /// Root mean square of the distances of the building points to the nearest face of the LoD 2.2 model, metres.
     pub rmse_lod22: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod12: Option<f64>,

@@ -35,3 +35,8 @@ pub mod site;
 pub mod solid;
 pub mod source;
 pub mod validate;
+
+/// Its example is compiled by the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

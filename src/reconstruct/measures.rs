@@ -1,9 +1,10 @@
 //! What is measured of a building once its model stands.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::primitives::roof_map::{NOTHING, RoofMap};
 use crate::building::{RoofHeights, RoofType};
+use crate::geometry::Aabb;
 use crate::solid::{Face, Solid, SurfaceType};
 
 /// A roof flatter than this is flat, degrees (as city platforms count it).
@@ -52,24 +53,21 @@ pub fn ridge_height(solids: &[Solid]) -> Option<f64> {
     highest
 }
 
-/// Root mean square of the vertical distances of `points` to the roof faces above or below them, the nearest in height
-/// where there are several; points beside every roof do not count. `None` when no point counts.
+/// Root mean square of the distances of `points` to the nearest face of some solids, metres; `None` without either.
 pub fn rmse<'a>(solids: impl IntoIterator<Item = &'a Solid>, points: &[Point3<f64>]) -> Option<f64> {
-    let roofs: Vec<Roof> =
-        solids.into_iter().flat_map(|solid| solid.faces.iter().filter_map(move |face| Roof::of(solid, face))).collect();
-    let (mut sum, mut count) = (0.0, 0.0);
-    for point in points {
-        let nearest = roofs
-            .iter()
-            .filter_map(|roof| roof.height_over(&point.xy()))
-            .map(|height| (point.z - height).abs())
-            .min_by(f64::total_cmp);
-        if let Some(distance) = nearest {
-            sum += distance * distance;
-            count += 1.0;
-        }
+    let mut patches: Vec<Patch> = solids
+        .into_iter()
+        .flat_map(|solid| solid.faces.iter().filter_map(move |face| Patch::of(solid, face)))
+        .collect();
+    if patches.is_empty() || points.is_empty() {
+        return None;
     }
-    (count > 0.0).then(|| f64::sqrt(sum / count))
+    // Roofs first: most points are on them, and a small distance early spares the other faces.
+    patches.sort_by(|a, b| b.normal.z.total_cmp(&a.normal.z));
+    let squares = points.iter().map(|point| {
+        patches.iter().fold(f64::INFINITY, |least, patch| patch.squared_distance(point, least))
+    });
+    Some((squares.sum::<f64>() / points.len() as f64).sqrt())
 }
 
 /// Share of the labelled pixels of a map farther than 1 m from every point.
@@ -99,46 +97,57 @@ pub fn no_data_share(map: &RoofMap, points: &[Point3<f64>]) -> Option<f64> {
     (total > 0.0).then_some(empty / total)
 }
 
-/// A roof face seen from above.
-struct Roof {
-    low: Point2<f64>,
-    high: Point2<f64>,
-    edges: Vec<[Point2<f64>; 2]>,
-    anchor: Point3<f64>,
+/// A face, made ready to measure distances to it.
+struct Patch {
+    bounds: Aabb,
     normal: Vector3<f64>,
+    /// The axis to project along: the largest component of the normal.
+    dropped: usize,
+    edges: Vec<[Point3<f64>; 2]>,
 }
 
-impl Roof {
+impl Patch {
     fn of(solid: &Solid, face: &Face) -> Option<Self> {
-        if solid.kind(face) != SurfaceType::Roof {
-            return None;
-        }
-        let exterior = face.rings.first()?;
-        let normal = solid.newell(exterior).try_normalize(0.0)?;
-        let mut edges = Vec::new();
-        let (mut low, mut high) = (Point2::from([f64::INFINITY; 2]), Point2::from([f64::NEG_INFINITY; 2]));
-        for ring in &face.rings {
-            for (&a, &b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-                let (a, b) = (solid.point(a).xy(), solid.point(b).xy());
-                (low, high) = (low.inf(&a), high.sup(&a));
-                edges.push([a, b]);
-            }
-        }
-        Some(Self { low, high, edges, anchor: solid.point(*exterior.first()?), normal })
+        let normal = solid.newell(face.rings.first()?).try_normalize(0.0)?;
+        let edges: Vec<[Point3<f64>; 2]> = face
+            .rings
+            .iter()
+            .flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)))
+            .map(|(&a, &b)| [solid.point(a), solid.point(b)])
+            .collect();
+        let bounds = Aabb::of(edges.iter().map(|[a, _]| a))?;
+        Some(Self { bounds, normal, dropped: normal.iamax(), edges })
     }
 
-    /// Height of the face over `p`, if it lies over it (even-odd rule).
-    fn height_over(&self, p: &Point2<f64>) -> Option<f64> {
-        if p.x < self.low.x || p.x > self.high.x || p.y < self.low.y || p.y > self.high.y {
-            return None;
+    /// The squared distance of a point, or `least` if that is not above it.
+    fn squared_distance(&self, p: &Point3<f64>, least: f64) -> f64 {
+        let beside = |axis: usize| (self.bounds.min[axis] - p[axis]).max(p[axis] - self.bounds.max[axis]).max(0.0);
+        if (0..3).map(|axis| beside(axis).powi(2)).sum::<f64>() >= least {
+            return least;
         }
-        let crossings = self
-            .edges
-            .iter()
-            .filter(|[a, b]| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x))
-            .count();
-        let d = p - self.anchor.xy();
-        (crossings % 2 == 1).then(|| self.anchor.z - (self.normal.x * d.x + self.normal.y * d.y) / self.normal.z)
+        let Some([anchor, _]) = self.edges.first() else { return least };
+        let distance = self.normal.dot(&(p - anchor));
+        if distance * distance >= least {
+            return least;
+        }
+        if self.holds(&(p - self.normal * distance)) {
+            return distance * distance;
+        }
+        let to_edge = |[a, b]: &[Point3<f64>; 2]| {
+            let along = b - a;
+            let t = (along.dot(&(p - a)) / along.norm_squared()).clamp(0.0, 1.0);
+            (a + along * t - p).norm_squared()
+        };
+        self.edges.iter().map(to_edge).fold(least, f64::min)
+    }
+
+    /// Whether a point of the plane lies in the face (even-odd rule, seen along the largest axis of the normal).
+    fn holds(&self, p: &Point3<f64>) -> bool {
+        let [u, v] = [(self.dropped + 1) % 3, (self.dropped + 2) % 3];
+        let crossings = self.edges.iter().filter(|[a, b]| {
+            (a[v] > p[v]) != (b[v] > p[v]) && p[u] < a[u] + (p[v] - a[v]) / (b[v] - a[v]) * (b[u] - a[u])
+        });
+        crossings.count() % 2 == 1
     }
 }
 
@@ -164,11 +173,13 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_vertical_and_points_beside_the_roof_do_not_count() {
-        let points = [Point3::new(1.0, 1.0, 4.3), Point3::new(3.0, 1.0, 3.9), Point3::new(9.0, 1.0, 0.0)];
-        let expected = f64::sqrt((0.3_f64.powi(2) + 0.1_f64.powi(2)) / 2.0);
-        assert!((rmse([&gable()], &points).unwrap() - expected).abs() < 1e-9);
-        assert_eq!(rmse([&gable()], &points[2..]), None);
+    fn distances_are_to_the_nearest_face_or_its_border() {
+        // 0.3 m above the slope at 45°, on the other slope, and 1 m beyond an eave.
+        let points = [Point3::new(1.0, 1.0, 4.3), Point3::new(3.0, 1.0, 4.0), Point3::new(5.0, 1.0, 3.0)];
+        let squares = 0.3_f64.powi(2) / 2.0 + 1.0;
+        assert!((rmse([&gable()], &points).unwrap() - f64::sqrt(squares / 3.0)).abs() < 1e-9);
+        assert_eq!(rmse([], &points), None);
+        assert_eq!(rmse([&gable()], &[]), None);
     }
 
     #[test]

@@ -30,9 +30,9 @@ pub struct BuildingReport {
     pub ground: Option<GroundSource>,
     /// Share of the footprint's area that the tiles cover, 0 to 1.
     pub coverage: Option<f64>,
-    /// Root mean square of the vertical distances of the building points to the LoD 1.2 roof, metres.
+    /// Root mean square of the distances of the building points to the nearest face at LoD 1.2, metres.
     pub rmse_lod12: Option<f64>,
-    /// Root mean square of the vertical distances of the building points to the LoD 2.2 roofs, metres.
+    /// Root mean square of the distances of the building points to the nearest face at LoD 2.2, metres.
     pub rmse_lod22: Option<f64>,
     /// val3dity codes of the LoD 2.2 solid that was rejected.
     pub faults_lod22: Vec<u16>,

@@ -8,7 +8,7 @@ use super::BuildingReport;
 /// How good the models are, over all buildings.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Quality {
-    /// Root mean square of the vertical distances of a building's points to its LoD 2.2 roofs, metres.
+    /// Root mean square of the distances of a building's points to the nearest face at LoD 2.2, metres.
     pub rmse_lod22: Option<Percentiles>,
     /// The same to the LoD 1.2 roof.
     pub rmse_lod12: Option<Percentiles>,

@@ -81,13 +81,13 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
         s.height(s.building.measures.ridge_height)
     }),
-    row("gable_rmse_lod12", "m", "root mean square of the vertical distances of the points to the LoD 1.2 roof", |s| {
+    row("gable_rmse_lod12", "m", "root mean square of the distances of the points to the nearest face at LoD 1.2", |s| {
         number(s.building.measures.rmse_lod12, 3)
     }),
     row(
         "gable_rmse_lod22",
         "m",
-        "root mean square of the vertical distances of the points to the LoD 2.2 roofs",
+        "root mean square of the distances of the points to the nearest face at LoD 2.2",
         |s| number(s.building.measures.rmse_lod22, 3),
     ),
     row("gable_volume_lod12", "m³", "volume at LoD 1.2", |s| number(s.building.measures.volume_lod12, 3)),

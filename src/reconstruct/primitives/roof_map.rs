@@ -12,6 +12,8 @@ pub const NOTHING: u32 = u32::MAX;
 const BORDER: f64 = 1.5;
 /// No map has more pixels than this, whatever the building's size.
 const MAX_PIXELS: f64 = 40_000.0;
+/// A roof may go on into a gap as long as it stays within this many metres of the heights at which it was seen.
+const EXTRAPOLATION: f64 = 1.0;
 /// Regions of the map smaller than this are absorbed by their neighbours, square metres.
 const SMALLEST_REGION: f64 = 1.0;
 
@@ -72,7 +74,7 @@ impl RoofMap {
                 weights.iter().map(|&weight| weight >= edge).collect()
             }
         };
-        map.fill_and_mask(&inside);
+        map.fill_and_mask(&inside, primitives, &height_ranges(points, primitives));
         map.smooth();
         map.absorb_small_regions();
         Some(map)
@@ -203,23 +205,37 @@ impl RoofMap {
         inside
     }
 
-    /// Clears the pixels outside and gives every empty one inside the label of the nearest labelled pixel.
-    fn fill_and_mask(&mut self, inside: &[bool]) {
-        let mut front: Vec<usize> = Vec::new();
-        for (i, label) in self.labels.iter_mut().enumerate() {
-            if !inside[i] {
-                *label = NOTHING;
-            } else if *label != NOTHING {
-                front.push(i);
-            }
+    /// Clears the pixels outside and gives every empty one inside the label of the nearest labelled pixel whose roof
+    /// stays near the heights at which it was seen; where there is none, of the nearest at all. `ranges` holds these
+    /// heights for every label.
+    fn fill_and_mask(&mut self, inside: &[bool], primitives: &[Primitive], ranges: &[[f64; 2]]) {
+        for (label, _) in self.labels.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
+            *label = NOTHING;
         }
-        // A part of a footprint without any point is reached across the pixels outside.
-        let mut reached: Vec<u32> = self.labels.clone();
+        let plausible = |map: &Self, label: u32, i: usize| {
+            let p = map.centre(i % map.columns, i / map.columns);
+            let height = primitives.get(label as usize).and_then(|roof| roof.plane.height_at(p.x, p.y));
+            height.zip(ranges.get(label as usize)).is_some_and(|(height, [low, high])| {
+                height > low - EXTRAPOLATION && height < high + EXTRAPOLATION
+            })
+        };
+        let near = self.spread(&self.labels, |label, i| plausible(self, label, i));
+        let all = self.spread(&near, |_, _| true);
+        for (i, label) in self.labels.iter_mut().enumerate().filter(|(i, _)| inside[*i]) {
+            *label = all[i];
+        }
+    }
+
+    /// Lets labels grow ring by ring into empty pixels, also those outside, so that a part of a footprint without any
+    /// point is reached.
+    fn spread(&self, from: &[u32], may: impl Fn(u32, usize) -> bool) -> Vec<u32> {
+        let mut reached = from.to_vec();
+        let mut front: Vec<usize> = (0..reached.len()).filter(|&i| reached[i] != NOTHING).collect();
         while !front.is_empty() {
             let mut next = Vec::new();
             for &i in &front {
                 for j in self.neighbours(i).into_iter().flatten() {
-                    if reached[j] == NOTHING {
+                    if reached[j] == NOTHING && may(reached[i], j) {
                         reached[j] = reached[i];
                         next.push(j);
                     }
@@ -227,11 +243,7 @@ impl RoofMap {
             }
             front = next;
         }
-        for (i, label) in self.labels.iter_mut().enumerate() {
-            if inside[i] {
-                *label = reached[i];
-            }
-        }
+        reached
     }
 
     fn neighbours(&self, i: usize) -> [Option<usize>; 4] {
@@ -306,4 +318,13 @@ impl RoofMap {
             }
         }
     }
+}
+
+/// Lowest and highest inlier of every primitive.
+fn height_ranges(points: &[Point3<f64>], primitives: &[Primitive]) -> Vec<[f64; 2]> {
+    let range = |primitive: &Primitive| {
+        let heights = primitive.inliers.iter().filter_map(|&i| points.get(i as usize)).map(|p| p.z);
+        heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)])
+    };
+    primitives.iter().map(range).collect()
 }

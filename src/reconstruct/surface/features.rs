@@ -1,5 +1,8 @@
 //! Features below the minimum size: removed by relabelling cells, which can never break a surface.
 //!
+//! First, whatever the minimum size, slivers of a few millimetres between planes that nearly coincide are absorbed by
+//! one side ([`absorb_slivers`]). Then features are removed ([`remove`]):
+//!
 //! A cell is **thin** if it lies between the plane of one of its sides, its base, and a parallel plane nearer than the
 //! minimum size. Facets of a thin cell within 45° of its base are **broad**, the others are **narrow**. A thin cell is
 //! given the other label if that makes the surface smaller, where
@@ -22,6 +25,12 @@ use crate::reconstruct::complex::{CellId, FacetId, OUTSIDE, PlaneId, VertexId};
 const BROAD: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// The surface must become smaller by more than this share of the cell's own surface, to be safe from rounding.
 const LEAST_GAIN: f64 = 1e-9;
+
+/// Cells thinner than this (metres) are slivers between two planes that validators cannot tell apart: val3dity snaps
+/// at 1 mm, and rounding and welding take as much again on both sides.
+const SLIVER: f64 = 0.003;
+/// Slivers beside slivers are settled one after the other; planes that nearly coincide by fives are not worth more.
+const ABSORB_ROUNDS: usize = 4;
 
 /// A side of a thin cell that may serve as its base.
 struct Base {
@@ -63,6 +72,52 @@ pub(super) fn remove(labelled: &Labelled, inside: &mut [bool], minimum: f64) -> 
             return removed;
         }
     }
+}
+
+/// Gives every sliver the label of its neighbours across one of its two broad sides, always the one on the plane that
+/// came first: as if the other plane had never cut there. Returns how many cells were relabelled.
+///
+/// This holds for fixed labels too, because where in a sliver of a millimetre a point lies says nothing.
+pub(super) fn absorb_slivers(labelled: &Labelled, inside: &mut [bool]) -> usize {
+    let complex = labelled.complex;
+    let slivers: Vec<(CellId, PlaneId)> = (0..inside.len() as CellId)
+        .filter_map(|cell| {
+            let corners = complex.cell_vertices(cell);
+            let mut planes: Vec<PlaneId> =
+                complex.cells[cell as usize].facets.iter().map(|&f| complex.facets[f as usize].plane).collect();
+            planes.sort_unstable();
+            planes.dedup();
+            let thin = |plane: &PlaneId| {
+                let normal = unit_normal(labelled, *plane);
+                let along = |v: VertexId| normal.dot(&position(labelled, v).coords);
+                let (low, high) = corners
+                    .iter()
+                    .fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(along(v)), high.max(along(v))));
+                high - low < SLIVER
+            };
+            planes.into_iter().find(thin).map(|plane| (cell, plane))
+        })
+        .collect();
+    let before: Vec<bool> = slivers.iter().map(|&(cell, _)| inside[cell as usize]).collect();
+    for _ in 0..ABSORB_ROUNDS {
+        let mut settled = true;
+        for &(cell, plane) in &slivers {
+            let mut balance = 0.0;
+            for &id in &complex.cells[cell as usize].facets {
+                if complex.facets[id as usize].plane == plane {
+                    let other = complex.across(id, cell);
+                    let is_inside = other != OUTSIDE && inside[other as usize];
+                    balance += if is_inside { complex.facet_area(id) } else { -complex.facet_area(id) };
+                }
+            }
+            settled &= inside[cell as usize] == (balance > 0.0);
+            inside[cell as usize] = balance > 0.0;
+        }
+        if settled {
+            break;
+        }
+    }
+    slivers.iter().zip(before).filter(|((cell, _), before)| inside[*cell as usize] != *before).count()
 }
 
 /// The sides of a cell that are on the surface with all their facets and from which the whole cell is nearer than

@@ -2,7 +2,8 @@
 //!
 //! [`extract`] turns labels into closed shells in five steps, each of which keeps what the one before it guarantees:
 //!
-//! 1. cells that only make a feature below the minimum size are relabelled (`features`);
+//! 1. slivers between planes that nearly coincide, and cells that only make a feature below the minimum size, are
+//!    relabelled (`features`);
 //! 2. the inside falls into components that hang together through facets: each becomes a shell of its own, so parts
 //!    may touch along edges and at vertices; where a component touches itself in that way, cells are relabelled until
 //!    its boundary is a 2-manifold (`repair`);
@@ -57,7 +58,8 @@ pub struct Labelled<'a> {
     pub occupancy: &'a [f64],
     /// Volume of each cell, cubic metres.
     pub volumes: &'a [f64],
-    /// Cells whose label must stay. May be empty. (A cavity is filled all the same.)
+    /// Cells whose label must stay. May be empty. (A cavity is filled, and a sliver of a few millimetres joins its
+    /// neighbour, all the same.)
     pub fixed: &'a [Option<bool>],
 }
 
@@ -78,6 +80,8 @@ pub struct Extraction {
     pub shells: Vec<Shell>,
     /// The labels that the shells bound, after all relabelling.
     pub inside: Vec<bool>,
+    /// How many slivers between planes that nearly coincide were relabelled, fixed ones among them.
+    pub slivers: usize,
     /// How many cells were relabelled to remove small features.
     pub features: usize,
     /// How many cells were relabelled to make the shells manifold.
@@ -114,6 +118,7 @@ pub fn extract(
     let complex = labelled.complex;
     let mut inside = labelled.inside.to_vec();
     inside.resize(complex.cells.len(), false);
+    let slivers = features::absorb_slivers(labelled, &mut inside);
     let features = features::remove(labelled, &mut inside, parameters.minimum_feature);
 
     let before = inside.clone();
@@ -124,7 +129,7 @@ pub fn extract(
     for boundary in &boundaries {
         shells.extend(quantise::quantise(complex, &polygons::merge(complex, boundary), step));
     }
-    Ok(Extraction { shells, inside, features, repairs })
+    Ok(Extraction { shells, inside, slivers, features, repairs })
 }
 
 /// Relabels cells until the boundary of each component is a 2-manifold. Every round but the last relabels a cell that

@@ -1,7 +1,6 @@
 //! Surfaces of partitions by planes as buildings have them: walls, roofs, and planes that nearly coincide with others.
 
 use nalgebra::{Point3, Unit, Vector3};
-use proptest::prelude::*;
 
 use super::super::*;
 use super::STEP;
@@ -46,7 +45,8 @@ fn building(random: &mut Random) -> (Vec<Primitive>, Vec<Plane>, Vec<Plane>) {
     }
     let mut roofs = Vec::new();
     for _ in 0..=random.below(4) {
-        let (angle, steepness) = (turn + f64::from(random.below(4) as u32) * 1.570_8, random.of(&[0.0, 0.3, 0.6, 1.0]));
+        let (angle, steepness) =
+            (turn + f64::from(random.below(4) as u32) * std::f64::consts::FRAC_PI_2, random.of(&[0.0, 0.3, 0.6, 1.0]));
         let normal = Vector3::new(angle.cos() * steepness, angle.sin() * steepness, 1.0);
         let at = Point3::new(random.between(-3.0, 3.0), random.between(-3.0, 3.0), random.between(4.0, 8.0));
         roofs.push(Plane::through(&at, Unit::new_normalize(normal)));
@@ -111,26 +111,32 @@ fn outcome(seed: u64, noise: u64, minimum_feature: f64) -> Outcome {
     Outcome::Valid
 }
 
-#[test]
-#[ignore = "prints statistics"]
-fn statistics() {
-    for noise in [0, 5, 30] {
-        for minimum in [0.0, 0.1] {
-            let mut counts = [0; 3];
-            for seed in 0..1000u64 {
-                match outcome(seed * 7919 + 1, noise, minimum) {
-                    Outcome::Valid => counts[0] += 1,
-                    Outcome::Pinned => counts[1] += 1,
-                    Outcome::Invalid(why) => {
-                        counts[2] += 1;
-                        println!("{seed}: {}", &why[..why.len().min(200)]);
-                    }
-                }
-            }
-            println!(
-                "noise {noise} %, minimum {minimum} m: valid {}, pinned {}, invalid {}",
-                counts[0], counts[1], counts[2]
-            );
+/// The share of valid buildings among many, and the first that is not.
+fn share_valid(noise: u64, minimum_feature: f64) -> (f64, Option<String>) {
+    const COUNT: u64 = 200;
+    let mut valid = 0.0;
+    let mut first = None;
+    for seed in 0..COUNT {
+        match outcome(seed * 7919 + 1, noise, minimum_feature) {
+            Outcome::Valid => valid += 1.0,
+            Outcome::Pinned => {}
+            Outcome::Invalid(why) => first = first.or(Some(format!("seed {seed}: {why}"))),
         }
     }
+    (valid / COUNT as f64, first)
+}
+
+#[test]
+fn buildings_with_planes_that_nearly_coincide_are_valid() {
+    for minimum_feature in [0.0, 0.1] {
+        let (share, first) = share_valid(0, minimum_feature);
+        assert_eq!(share, 1.0, "{first:?}");
+    }
+}
+
+#[test]
+fn nearly_all_buildings_with_wrong_labels_are_valid() {
+    // One cell in twenty has a random label. What fails is parts that come within a millimetre of each other.
+    let (share, first) = share_valid(5, 0.1);
+    assert!(share >= 0.98, "{share} {first:?}");
 }
