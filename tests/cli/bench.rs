@@ -127,13 +127,12 @@ pub fn write_tile(path: &Path, wkt: Option<&str>, points: &[(f64, f64, f64, u8)]
 pub fn cut_into_four(tile: &Path, folder: &Path) -> Vec<PathBuf> {
     let mut reader = las::Reader::from_path(tile).unwrap();
     let header = reader.header().clone();
-    let mut points = Vec::new();
-    reader.read_all_points_into(&mut points).unwrap();
+    let points = reader.read_all().unwrap();
     let bounds = header.bounds();
     let (x, y) = ((bounds.min.x + bounds.max.x) / 2.0, (bounds.min.y + bounds.max.y) / 2.0);
     let names = ["sw", "se", "nw", "ne"].map(|name| folder.join(format!("{name}.laz")));
     let mut writers = names.clone().map(|name| Writer::from_path(name, header.clone()).unwrap());
-    for point in points {
+    for point in points.points().map(Result::unwrap) {
         let quarter = usize::from(point.x >= x) + 2 * usize::from(point.y >= y);
         writers[quarter].write_point(point).unwrap();
     }
