@@ -35,8 +35,8 @@ pub fn thousands(number: u64) -> String {
 }
 
 /// `count` with its noun: `1 tile`, `2 tiles`.
-pub fn counted(count: usize, noun: &str) -> String {
-    format!("{} {noun}{}", thousands(count as u64), if count == 1 { "" } else { "s" })
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{} {noun}{}", thousands(count), if count == 1 { "" } else { "s" })
 }
 
 /// A duration for a person: `850 ms`, `12.3 s`, `4 min 05 s`, `2 h 05 min`.

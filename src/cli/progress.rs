@@ -1,12 +1,13 @@
 //! Progress: bars with rate and remaining time on a terminal, plain lines otherwise.
 
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use super::output::{duration, say, thousands};
+use super::output::{counted, duration, say, thousands};
 use super::{interrupt, summary};
 use crate::run::{Event, Observer, Stage};
 
@@ -62,11 +63,21 @@ impl Progress {
 
     fn start(&self, stage: Stage, total: u64) {
         let bar = self.terminal.then(|| {
-            let template = "{msg:<18} {bar:30} {human_pos}/{human_len} {prefix}, {per_sec}, {eta} left";
+            let template = "{msg} {wide_bar} {done} of {all}s, {rate}/s, {eta} left";
             let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr()).with_style(style);
+            let style = style
+                .with_key("done", |state: &ProgressState, w: &mut dyn Write| {
+                    let _ = w.write_str(&thousands(state.pos()));
+                })
+                .with_key("all", move |state: &ProgressState, w: &mut dyn Write| {
+                    let _ = write!(w, "{} {}", thousands(state.len().unwrap_or(0)), stage.unit());
+                })
+                .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
+                    let _ = w.write_str(&thousands(state.per_sec().round() as u64));
+                });
+            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden()).with_style(style);
             bar.set_message(stage.label());
-            bar.set_prefix(stage.unit());
+            bar.set_draw_target(ProgressDrawTarget::stderr());
             bar.enable_steady_tick(Duration::from_millis(200));
             bar
         });
@@ -85,8 +96,8 @@ impl Progress {
             let elapsed = stage.started.elapsed().as_secs_f64();
             let left = stage.total.saturating_sub(stage.done) as f64 / stage.done.max(1) as f64 * elapsed;
             let (name, unit) = (stage.stage.label(), stage.stage.unit());
-            let (done, total) = (thousands(stage.done), thousands(stage.total));
-            Self::line(None, &format!("{name}: {done} of {total} {unit}, about {} left", duration(left)));
+            let (done, total) = (thousands(stage.done), counted(stage.total, unit));
+            Self::line(None, &format!("{name}: {done} of {total}, about {} left", duration(left)));
         }
     }
 
@@ -96,8 +107,8 @@ impl Progress {
             bar.finish_and_clear();
         }
         let elapsed = duration(stage.started.elapsed().as_secs_f64());
-        let (name, unit) = (stage.stage.label(), stage.stage.unit());
-        Self::line(None, &format!("{name}: {} {unit} in {elapsed}", thousands(stage.done)));
+        let done = counted(stage.done, stage.stage.unit());
+        Self::line(None, &format!("{}: {done} in {elapsed}", stage.stage.label()));
     }
 }
 

@@ -29,12 +29,12 @@ impl Stage {
         }
     }
 
-    /// What its progress is counted in.
+    /// What its progress is counted in, as a noun in the singular.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Read | Self::Finish => "files",
-            Self::Segment => "points",
-            Self::Reconstruct => "buildings",
+            Self::Read | Self::Finish => "file",
+            Self::Segment => "point",
+            Self::Reconstruct => "building",
         }
     }
 }

@@ -123,6 +123,25 @@ pub fn write_tile(path: &Path, wkt: Option<&str>, points: &[(f64, f64, f64, u8)]
     writer.close().unwrap();
 }
 
+/// Cuts a tile at its middle, west to east and south to north.
+pub fn cut_into_four(tile: &Path, folder: &Path) -> Vec<PathBuf> {
+    let mut reader = las::Reader::from_path(tile).unwrap();
+    let header = reader.header().clone();
+    let points = reader.read_all().unwrap();
+    let bounds = header.bounds();
+    let (x, y) = ((bounds.min.x + bounds.max.x) / 2.0, (bounds.min.y + bounds.max.y) / 2.0);
+    let names = ["sw", "se", "nw", "ne"].map(|name| folder.join(format!("{name}.laz")));
+    let mut writers = names.clone().map(|name| Writer::from_path(name, header.clone()).unwrap());
+    for point in points.points().map(Result::unwrap) {
+        let quarter = usize::from(point.x >= x) + 2 * usize::from(point.y >= y);
+        writers[quarter].write_point(point).unwrap();
+    }
+    for mut writer in writers {
+        writer.close().unwrap();
+    }
+    names.into()
+}
+
 /// A GeoJSON file in the Dutch system: features of an id and a geometry.
 pub fn write_footprints(path: &Path, features: &[(&str, Value)]) {
     let features: Vec<Value> = features

@@ -67,6 +67,27 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
     assert_eq!(ids, delft_ids(), "features stand in the order of the footprints");
 }
 
+/// The lines of a CityJSONSeq but the first, which names the tiles.
+fn features(path: &Path) -> Vec<String> {
+    std::fs::read_to_string(path).unwrap().lines().skip(1).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_models_do_not_depend_on_how_the_cloud_was_cut() {
+    let folder = tempdir().unwrap();
+    let whole = folder.path().join("whole.city.jsonl");
+    assert_eq!(delft(&whole, "--quiet").code, 0);
+    let quarters = cut_into_four(&data("delft_ahn3.laz"), folder.path());
+    let cut = folder.path().join("cut.city.jsonl");
+    for order in [[0, 1, 2, 3], [2, 0, 3, 1]] {
+        let tiles = order.map(|i| quarters[i].as_path());
+        let run = reconstruct(&tiles, &data("footprints.geojson"), &cut, "--overwrite --quiet");
+        assert_eq!(run.code, 0, "{}", run.err);
+        assert_eq!(report_of(&cut)["counts"]["points"], report_of(&whole)["counts"]["points"]);
+        assert!(features(&cut) == features(&whole), "{order:?}");
+    }
+}
+
 #[test]
 fn footprints_in_degrees_are_brought_to_the_tiles() {
     let folder = tempdir().unwrap();

@@ -110,12 +110,12 @@ fn total(tiles: &[TileInfo]) -> String {
         *all.entry(class).or_default() += count;
     }
     let points = thousands(all.values().sum());
-    format!("all {}, {points} points\n{}", counted(tiles.len(), "tile"), classes(&all))
+    format!("all {}, {points} points\n{}", counted(tiles.len() as u64, "tile"), classes(&all))
 }
 
 fn footprints(layer: &FootprintsInfo) -> String {
     let mut out = format!("{}\n", layer.file);
-    let mut parts = vec![counted(layer.footprints, "footprint")];
+    let mut parts = vec![counted(layer.footprints as u64, "footprint")];
     parts.extend(layer.area.map(|area| format!("{} m²", thousands(area.round() as u64))));
     if layer.mended > 0 {
         parts.push(format!("{} of them mended", thousands(layer.mended as u64)));
