@@ -34,7 +34,10 @@ fn roof(count: usize) -> Vec<Point3<f64>> {
 }
 
 fn parameters(detector: Detector) -> Parameters {
-    Parameters { detection: DetectionParameters { detector, ..DetectionParameters::default() } }
+    Parameters {
+        detection: DetectionParameters { detector, ..DetectionParameters::default() },
+        ..Parameters::default()
+    }
 }
 
 #[divan::bench(args = [400, 1_000, 1_700, 20_000])]

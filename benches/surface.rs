@@ -44,7 +44,8 @@ impl Ball {
 
     fn cut(&self) -> Vec<bool> {
         let Self { occupancy, volumes, areas, support, fixed, .. } = self;
-        label(&self.complex, &Evidence { occupancy, volumes, areas, support, fixed }, &LabellingParameters::default())
+        let evidence = Evidence { occupancy, volumes, areas, support, fixed, height_field: false };
+        label(&self.complex, &evidence, &LabellingParameters::default())
     }
 }
 

@@ -181,7 +181,7 @@ fn refine(edges: &[JumpEdge], run: &Trace, tolerance: f64) -> Trace {
     let (Some(low), Some(high)) = (offsets.first(), offsets.last()) else { return *run };
     // The median follows the line and the middle of the extremes the staircase; their mean does both.
     let median = offsets[offsets.len() / 2];
-    Trace { offset: (median + (low + high) / 2.0) / 2.0, ..*run }
+    Trace { offset: f64::midpoint(median, f64::midpoint(*low, *high)), ..*run }
 }
 
 #[cfg(test)]

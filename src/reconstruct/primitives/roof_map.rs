@@ -4,6 +4,7 @@ use geo::{BoundingRect, MultiPolygon};
 use nalgebra::{Point2, Point3};
 
 use super::Primitive;
+use crate::geometry::Aabb;
 
 /// A pixel outside of the building.
 pub const NOTHING: u32 = u32::MAX;
@@ -46,12 +47,11 @@ impl RoofMap {
             .collect();
         let seen: Vec<Point3<f64>> =
             roofs.iter().flat_map(|(_, p)| &p.inliers).filter_map(|&i| points.get(i as usize).copied()).collect();
-        let (low, high) = match footprint.and_then(BoundingRect::bounding_rect) {
-            Some(rect) => ([rect.min().x, rect.min().y], [rect.max().x, rect.max().y]),
-            None => {
-                let aabb = crate::geometry::Aabb::of(&seen)?;
-                ([aabb.min[0], aabb.min[1]], [aabb.max[0], aabb.max[1]])
-            }
+        let (low, high) = if let Some(rect) = footprint.and_then(BoundingRect::bounding_rect) {
+            ([rect.min().x, rect.min().y], [rect.max().x, rect.max().y])
+        } else {
+            let aabb = Aabb::of(&seen)?;
+            ([aabb.min[0], aabb.min[1]], [aabb.max[0], aabb.max[1]])
         };
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         if seen.is_empty() || !area.is_finite() || area <= 0.0 {
@@ -66,13 +66,12 @@ impl RoofMap {
         let mut map = Self { corner, pixel, columns, rows, labels: vec![NOTHING; columns * rows] };
         let reach = 1.5 * spacing.max(pixel);
         let weights = map.splat(points, &roofs, reach);
-        let inside = match footprint {
-            Some(footprint) => map.rasterise(footprint),
-            None => {
-                // At the edge of a roof half of the kernel lies over points.
-                let edge = std::f64::consts::PI / 6.0 * (reach / spacing).powi(2);
-                weights.iter().map(|&weight| weight >= edge).collect()
-            }
+        let inside = if let Some(footprint) = footprint {
+            map.rasterise(footprint)
+        } else {
+            // At the edge of a roof half of the kernel lies over points.
+            let edge = std::f64::consts::PI / 6.0 * (reach / spacing).powi(2);
+            weights.iter().map(|&weight| weight >= edge).collect()
         };
         map.fill_and_mask(&inside, primitives, &height_ranges(points, primitives));
         map.smooth();
@@ -313,7 +312,9 @@ impl RoofMap {
                 border.sort_unstable();
                 let mode = border.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).and_then(|run| run.first());
                 if let Some(&winner) = mode {
-                    region.iter().for_each(|&i| self.labels[i] = winner);
+                    for i in region {
+                        self.labels[i] = winner;
+                    }
                 }
             }
         }
