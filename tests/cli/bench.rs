@@ -129,7 +129,7 @@ pub fn cut_into_four(tile: &Path, folder: &Path) -> Vec<PathBuf> {
     let header = reader.header().clone();
     let points = reader.read_all().unwrap();
     let bounds = header.bounds();
-    let (x, y) = ((bounds.min.x + bounds.max.x) / 2.0, (bounds.min.y + bounds.max.y) / 2.0);
+    let (x, y) = (bounds.min.x.midpoint(bounds.max.x), bounds.min.y.midpoint(bounds.max.y));
     let names = ["sw", "se", "nw", "ne"].map(|name| folder.join(format!("{name}.laz")));
     let mut writers = names.clone().map(|name| Writer::from_path(name, header.clone()).unwrap());
     for point in points.points().map(Result::unwrap) {
