@@ -2,5 +2,6 @@
 
 mod bench;
 mod errors;
+mod evaluate;
 mod info;
 mod reconstruct;
