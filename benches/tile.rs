@@ -3,6 +3,8 @@
 //!
 //! `cargo bench --bench tile`
 
+#![allow(clippy::expect_used, reason = "a bench on the bundled data has nobody to report to")]
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 

@@ -4,5 +4,6 @@
 
 mod bench;
 mod errors;
+mod evaluate;
 mod info;
 mod reconstruct;
