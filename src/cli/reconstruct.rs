@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, run};
 use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::sink::PointCloud;
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 
@@ -94,6 +95,14 @@ pub struct Args {
     #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
     ground_class: Vec<u8>,
 
+    /// Name of the point cloud, such as AHN3; an attribute of every building
+    #[arg(long, value_name = "NAME")]
+    point_cloud_source: Option<String>,
+
+    /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
+    #[arg(long, value_name = "DATE", value_parser = date)]
+    point_cloud_date: Option<String>,
+
     /// Number of threads [default: one per processor]
     #[arg(short, long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -151,7 +160,48 @@ impl Args {
                 ..self.segmentation.0
             },
             parameters: self.parameters.0,
+            point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         })
+    }
+}
+
+/// A year, a month or a day of the calendar.
+fn date(text: &str) -> Result<String, String> {
+    let parts: Vec<&str> = text.split('-').collect();
+    let number = |part: &str, digits: usize| {
+        (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse::<u32>().ok()).flatten()
+    };
+    let is_date = match parts[..] {
+        [year] => number(year, 4).is_some(),
+        [year, month] => number(year, 4).is_some() && number(month, 2).is_some_and(|m| (1..=12).contains(&m)),
+        [year, month, day] => {
+            let leap = |year: u32| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+            let days = |year, month| match month {
+                2 => 28 + u32::from(leap(year)),
+                4 | 6 | 9 | 11 => 30,
+                1..=12 => 31,
+                _ => 0,
+            };
+            match (number(year, 4), number(month, 2), number(day, 2)) {
+                (Some(year), Some(month), Some(day)) => (1..=days(year, month)).contains(&day),
+                _ => false,
+            }
+        }
+        _ => false,
+    };
+    if is_date { Ok(text.to_owned()) } else { Err("expected a date such as 2014, 2014-03 or 2014-03-04".to_owned()) }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn dates_are_of_the_calendar() {
+        for good in ["2014", "2014-03", "2014-03-31", "2024-02-29"] {
+            assert_eq!(super::date(good).as_deref(), Ok(good));
+        }
+        for bad in ["", "14", "2014-13", "2014-02-29", "2014-3-4", "2014-03-04-05", "4 March 2014"] {
+            assert!(super::date(bad).is_err(), "{bad}");
+        }
     }
 }

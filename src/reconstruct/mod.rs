@@ -83,7 +83,8 @@ impl Failure {
 /// The road of the paper, once.
 fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Result<Vec<Solid>, Failure> {
     if site.points.is_empty() {
-        return Err(Failure::new(Reason::NoPoints, "no building point lies in the footprint"));
+        let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
+        return Err(Failure::new(reason, "no building point lies in the footprint"));
     }
     let hypotheses = Hypotheses::new(site, parameters)?;
     measures.primitives = hypotheses.detected;

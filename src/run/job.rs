@@ -8,6 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
+use crate::sink::PointCloud;
 use crate::source::footprints::FootprintOptions;
 
 /// What is to be done. All but the tiles, the footprints and the output has a default.
@@ -31,6 +32,8 @@ pub struct Job {
     pub segmentation: SegmentOptions,
     /// The parameters of the method.
     pub parameters: Parameters,
+    /// What the model says of the point cloud.
+    pub point_cloud: PointCloud,
     /// The command line, for the report.
     pub command: Vec<String>,
 }

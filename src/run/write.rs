@@ -1,7 +1,5 @@
 //! Reconstructing and writing: buildings go to the sink as they get done.
 
-use std::path::Path;
-
 use rayon::ThreadPool;
 
 use super::buildings::{Task, reconstruct_all};
@@ -12,7 +10,7 @@ use super::plan::Plan;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts};
-use crate::sink::{self, Metadata, PointCloud};
+use crate::sink::{self, Metadata};
 use crate::site::Site;
 
 /// What came out.
@@ -50,13 +48,6 @@ pub(super) fn write(
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
 fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
-    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut point_clouds: Vec<PointCloud> = plan
-        .tiles
-        .iter()
-        .map(|tile| PointCloud { name: name(&tile.path), date: tile.header.date().map(|date| date.to_string()) })
-        .collect();
-    point_clouds.sort();
     // The corner of all frames depends on the footprints alone, as each frame does.
     let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
     let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
@@ -66,7 +57,7 @@ fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),
         translate,
-        point_clouds,
+        point_cloud: job.point_cloud.clone(),
         parameters: serde_json::to_value(&job.parameters).unwrap_or_default(),
         ids: tasks.iter().map(Task::id).collect(),
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::header::PointCloud;
 use crate::building::{Building, Outcome, RoofHeights};
 use crate::site::Frame;
 
@@ -21,6 +22,7 @@ pub struct Attribute {
 /// A building with the notes on its attributes.
 struct Subject<'a> {
     building: &'a Building,
+    point_cloud: &'a PointCloud,
     notes: Vec<String>,
 }
 
@@ -103,6 +105,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
         let faults = &s.building.measures.faults_lod22;
         (!faults.is_empty() || s.building.model.lod22().next().is_some()).then(|| json!(faults))
     }),
+    row("gable_point_cloud_source", "", "name of the point cloud, as given", |s| {
+        s.point_cloud.source.clone().map(Value::from)
+    }),
+    row("gable_point_cloud_date", "", "when the point cloud was recorded, as given", |s| {
+        s.point_cloud.date.clone().map(Value::from)
+    }),
     row("gable_points", "", "number of building points", |s| Some(s.building.measures.points.into())),
     row("gable_point_density", "1/m²", "building points per area of footprint", |s| {
         number(s.building.measures.point_density, 3)
@@ -134,7 +142,7 @@ pub const ATTRIBUTES: &[Attribute] = &[
 ///
 /// A name that begins with `+` would ask for an Extension, and one of gable's would be hidden: such a source attribute is
 /// written as `source_…`, and a note says so.
-pub(super) fn of(building: &Building) -> Map<String, Value> {
+pub(super) fn of(building: &Building, point_cloud: &PointCloud) -> Map<String, Value> {
     let mut out = Map::new();
     let mut notes = building.notes.clone();
     let is_ours = |name: &str| ATTRIBUTES.iter().any(|attribute| attribute.name == name);
@@ -149,7 +157,7 @@ pub(super) fn of(building: &Building) -> Map<String, Value> {
         }
         out.insert(written, value.clone());
     }
-    let subject = Subject { building, notes };
+    let subject = Subject { building, point_cloud, notes };
     for attribute in ATTRIBUTES {
         if let Some(value) = (attribute.value)(&subject) {
             out.insert(attribute.name.to_owned(), value);

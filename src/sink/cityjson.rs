@@ -56,7 +56,7 @@ impl Sink for CityJson {
         let is_first_vertex = self.vertices.len() == 0;
         self.buffer.clear();
         self.buffer.extend_from_slice(if self.buildings == 0 { b"\n" } else { b",\n" });
-        let encoded = encode(building, self.header.translate(), &mut self.ids, &mut self.vertices, &mut self.buffer)
+        let encoded = encode(building, self.header.metadata(), &mut self.ids, &mut self.vertices, &mut self.buffer)
             .map_err(|e| self.output.fault("write", e.into()))?;
         if u32::try_from(self.vertices.len()).is_err() {
             return Err(InputError::new(self.output.path(), "more than 2³² vertices", "fewer")

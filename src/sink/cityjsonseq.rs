@@ -51,7 +51,7 @@ impl Sink for CityJsonSeq {
         self.buffer.extend_from_slice(br#"{"type":"CityJSONFeature","id":"#);
         serde_json::to_writer(&mut self.buffer, &building.id).map_err(|e| fault(&self.output, e))?;
         self.buffer.extend_from_slice(br#","CityObjects":{"#);
-        let encoded = encode(building, self.header.translate(), &mut self.ids, &mut self.vertices, &mut self.buffer)
+        let encoded = encode(building, self.header.metadata(), &mut self.ids, &mut self.vertices, &mut self.buffer)
             .map_err(|e| fault(&self.output, e))?;
         self.buffer.extend_from_slice(br#"},"vertices":["#);
         write_json(&self.vertices.take_fresh(), &mut self.buffer);

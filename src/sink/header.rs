@@ -19,21 +19,21 @@ pub struct Metadata {
     pub reference_system: Option<String>,
     /// Origin of the file's grid in whole CRS units. It should depend on the footprints alone and lie near them.
     pub translate: [i64; 3],
-    /// The point clouds that the models were made from.
-    pub point_clouds: Vec<PointCloud>,
+    /// The point cloud that the models were made from.
+    pub point_cloud: PointCloud,
     /// The parameters of the method.
     pub parameters: Value,
     /// The ids of all buildings to come, so that no part takes the id of a building.
     pub ids: Ids,
 }
 
-/// A point cloud that models were made from.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+/// The point cloud that models were made from, in the words of whoever made them. Files do not tell: the names and dates of
+/// tiles change with the way a cloud was cut.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PointCloud {
-    /// Its name: the file name without the folder.
-    pub name: String,
-    /// When it was recorded or made, as `YYYY-MM-DD`; `None` when the file does not say.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Its name, such as `AHN3`.
+    pub source: Option<String>,
+    /// When it was recorded, such as `2014` or `2014-03-04`.
     pub date: Option<String>,
 }
 
@@ -69,7 +69,6 @@ struct JsonMetadata<'a> {
     #[serde(rename = "geographicalExtent", skip_serializing_if = "Option::is_none")]
     extent: Option<[f64; 6]>,
     gable_version: &'static str,
-    gable_point_clouds: &'a [PointCloud],
     gable_parameters: &'a Value,
 }
 
@@ -89,9 +88,9 @@ impl Header {
         Ok(header)
     }
 
-    /// The origin of the file's grid.
-    pub(super) fn translate(&self) -> [i64; 3] {
-        self.metadata.translate
+    /// What is known of the whole file.
+    pub(super) fn metadata(&self) -> &Metadata {
+        &self.metadata
     }
 
     /// Takes the ids of the buildings to come.
@@ -107,14 +106,13 @@ impl Header {
     }
 
     fn render(&self, extent: Option<Extent>) -> Result<Vec<u8>> {
-        let Metadata { title, reference_system, translate, point_clouds, parameters, .. } = &self.metadata;
+        let Metadata { title, reference_system, translate, parameters, .. } = &self.metadata;
         let transform = Transform { scale: [QUANTUM; 3], translate: translate.map(|t| t as f64) };
         let metadata = JsonMetadata {
             title,
             reference_system: reference_system.as_deref(),
             extent: extent.map(|e| e.to_crs(*translate)),
             gable_version: env!("CARGO_PKG_VERSION"),
-            gable_point_clouds: point_clouds,
             gable_parameters: parameters,
         };
         let mut out = br#"{"type":"CityJSON","version":"2.0","transform":"#.to_vec();

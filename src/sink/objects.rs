@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::attributes::{self, rounded};
+use super::header::Metadata;
 use super::vertices::Vertices;
 use crate::building::Building;
 use crate::site::QUANTUM;
@@ -198,11 +199,12 @@ impl Encoder<'_> {
 /// The building's origin and `translate` are whole CRS units, so that its vertices reach the file's grid exactly.
 pub(super) fn encode(
     building: &Building,
-    translate: [i64; 3],
+    metadata: &Metadata,
     ids: &mut Ids,
     vertices: &mut Vertices,
     out: &mut Vec<u8>,
 ) -> serde_json::Result<Encoded> {
+    let translate = metadata.translate;
     let origin = building.frame.origin;
     let shift = std::array::from_fn(|i| (origin[i].round() as i64 - translate[i]) * STEPS_PER_UNIT);
     let mut encoder = Encoder { building, shift, vertices };
@@ -231,7 +233,7 @@ pub(super) fn encode(
     }
     let whole = CityObject {
         kind: "Building",
-        attributes: Some(attributes::of(building)),
+        attributes: Some(attributes::of(building, &metadata.point_cloud)),
         extent: extent.map(|e| e.to_crs(translate)),
         geometry: footprint.into_iter().collect(),
         children: &names,

@@ -139,10 +139,7 @@ fn metadata(buildings: &[Building]) -> Metadata {
         title: "Delft".into(),
         reference_system: reference_system("EPSG:7415"),
         translate: [84_900, 447_400, 0],
-        point_clouds: vec![
-            PointCloud { name: "a.laz".into(), date: Some("2014-03-01".into()) },
-            PointCloud { name: "b.laz".into(), date: None },
-        ],
+        point_cloud: PointCloud { source: Some("AHN3".into()), date: None },
         parameters: json!({"lambda": 1.0}),
         ids: buildings.iter().map(|b| b.id.as_str()).collect(),
     }
@@ -178,10 +175,11 @@ fn cityjson_is_valid() {
     let root: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(root["metadata"]["referenceSystem"], "https://www.opengis.net/def/crs/EPSG/0/7415");
     assert_eq!(root["metadata"]["geographicalExtent"], json!([84_960.0, 447_490.0, -1.0, 84_990.0, 447_520.0, 9.0]));
-    assert_eq!(
-        root["metadata"]["gable_point_clouds"],
-        json!([{"name": "a.laz", "date": "2014-03-01"}, {"name": "b.laz"}])
-    );
+    let buildings = root["CityObjects"].as_object().unwrap().values().filter(|object| object["type"] == "Building");
+    for building in buildings {
+        assert_eq!(building["attributes"]["gable_point_cloud_source"], "AHN3");
+        assert_eq!(building["attributes"].get("gable_point_cloud_date"), None);
+    }
     // (0, 0, 0) of the house is the first vertex: (84967 − 84900, 447497 − 447400, −1 − 0) · 10⁴.
     assert_eq!(root["vertices"][0], json!([670_000, 970_000, -10_000]));
 }
@@ -293,7 +291,7 @@ fn heights_are_in_the_units_of_the_crs() {
     let mut tower = building("t");
     tower.frame = Frame { origin: [0.0, 0.0, 100.0], metres_per_unit: [foot; 3] };
     tower.measures.ground = Some(Ground { height: 10.0 * foot, spread: 1.0, source: GroundSource::LowestPoints });
-    let attributes = attributes::of(&tower);
+    let attributes = attributes::of(&tower, &PointCloud::default());
     assert_eq!(attributes["gable_height_ground"], 110.0);
     assert_eq!(attributes["gable_ground_spread"], 1.0);
 }
