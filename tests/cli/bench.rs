@@ -67,6 +67,14 @@ pub fn json_of(path: impl AsRef<Path>) -> Value {
     serde_json::from_slice(&std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
 }
 
+/// A CityJSON file has neither an error nor a warning by its schema and by cjval's checks beyond it.
+pub fn assert_valid(model: &Path) {
+    let validator = cjval::CJValidator::from_str(&std::fs::read_to_string(model).unwrap());
+    for (check, summary) in validator.validate() {
+        assert!(summary.get_errors().is_empty(), "{check}: {:?}", summary.get_errors());
+    }
+}
+
 /// The report next to a model; it satisfies the checked-in schema.
 pub fn report_of(model: &Path) -> Value {
     let report = json_of(format!("{}.report.json", model.display()));

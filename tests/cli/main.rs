@@ -6,4 +6,5 @@ mod bench;
 mod errors;
 mod evaluate;
 mod info;
+mod neighbourhoods;
 mod reconstruct;
