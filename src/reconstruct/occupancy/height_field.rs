@@ -35,7 +35,8 @@ impl<'a> HeightField<'a> {
         if label == NOTHING {
             return None;
         }
-        self.primitives.get(label as usize)?.plane.height_at(x, y)
+        let height = self.primitives.get(label as usize)?.plane.height_at(x, y)?;
+        Some(height.min(self.map.top(label)))
     }
 
     fn cell(&self, sides: &[Plane], low: &Point3<f64>, high: &Point3<f64>, centre: &Point3<f64>) -> f64 {

@@ -13,8 +13,10 @@ pub const NOTHING: u32 = u32::MAX;
 const BORDER: f64 = 1.5;
 /// No map has more pixels than this, whatever the building's size.
 const MAX_PIXELS: f64 = 40_000.0;
-/// A roof may go on into a gap as long as it stays within this many metres of the heights at which it was seen.
-const EXTRAPOLATION: f64 = 1.0;
+/// A roof may go on into a gap as long as it does not fall this many metres below the heights at which it was seen …
+const FALL: f64 = 1.0;
+/// … nor rise this many above them: eaves are often hidden, ridges hardly ever.
+const RISE: f64 = 0.3;
 /// Regions of the map smaller than this are absorbed by their neighbours, square metres.
 const SMALLEST_REGION: f64 = 1.0;
 
@@ -29,6 +31,8 @@ pub struct RoofMap {
     columns: usize,
     rows: usize,
     labels: Vec<u32>,
+    /// For every primitive, the lowest and the highest inlier.
+    ranges: Vec<[f64; 2]>,
 }
 
 impl RoofMap {
@@ -63,7 +67,14 @@ impl RoofMap {
         let corner = Point2::new(low[0] - margin, low[1] - margin);
         let size = |axis: usize| (((high[axis] - low[axis] + 2.0 * margin) / pixel).ceil() as usize).max(1);
         let (columns, rows) = (size(0), size(1));
-        let mut map = Self { corner, pixel, columns, rows, labels: vec![NOTHING; columns * rows] };
+        let mut map = Self {
+            corner,
+            pixel,
+            columns,
+            rows,
+            labels: vec![NOTHING; columns * rows],
+            ranges: height_ranges(points, primitives),
+        };
         let reach = 1.5 * spacing.max(pixel);
         let weights = map.splat(points, &roofs, reach);
         let inside = if let Some(footprint) = footprint {
@@ -73,7 +84,7 @@ impl RoofMap {
             let edge = std::f64::consts::PI / 6.0 * (reach / spacing).powi(2);
             weights.iter().map(|&weight| weight >= edge).collect()
         };
-        map.fill_and_mask(&inside, primitives, &height_ranges(points, primitives));
+        map.fill_and_mask(&inside, primitives);
         map.smooth();
         map.absorb_small_regions();
         Some(map)
@@ -96,6 +107,11 @@ impl RoofMap {
         } else {
             NOTHING
         }
+    }
+
+    /// The height up to which the roof of a label reaches at most: little more than where it was seen, however steep.
+    pub fn top(&self, label: u32) -> f64 {
+        self.ranges.get(label as usize).map_or(f64::INFINITY, |[_, high]| high + RISE)
     }
 
     /// Centre of a pixel in local metres.
@@ -205,9 +221,8 @@ impl RoofMap {
     }
 
     /// Clears the pixels outside and gives every empty one inside the label of the nearest labelled pixel whose roof
-    /// stays near the heights at which it was seen; where there is none, of the nearest at all. `ranges` holds these
-    /// heights for every label.
-    fn fill_and_mask(&mut self, inside: &[bool], primitives: &[Primitive], ranges: &[[f64; 2]]) {
+    /// stays near the heights at which it was seen; where there is none, of the nearest at all.
+    fn fill_and_mask(&mut self, inside: &[bool], primitives: &[Primitive]) {
         for (label, _) in self.labels.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
             *label = NOTHING;
         }
@@ -215,8 +230,8 @@ impl RoofMap {
             let p = map.centre(i % map.columns, i / map.columns);
             let height = primitives.get(label as usize).and_then(|roof| roof.plane.height_at(p.x, p.y));
             height
-                .zip(ranges.get(label as usize))
-                .is_some_and(|(height, [low, high])| height > low - EXTRAPOLATION && height < high + EXTRAPOLATION)
+                .zip(map.ranges.get(label as usize))
+                .is_some_and(|(height, [low, high])| height > low - FALL && height < high + RISE)
         };
         let near = self.spread(&self.labels, |label, i| plausible(self, label, i));
         let all = self.spread(&near, |_, _| true);
