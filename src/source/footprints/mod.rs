@@ -11,6 +11,7 @@ mod flatgeobuf;
 mod format;
 mod geojson;
 mod ids;
+mod names;
 mod outline;
 mod shapefile;
 mod sqlite;
@@ -136,9 +137,8 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
     if let Some(wanted) = &options.layer
         && ![info.layer.clone(), format::stem(&path)].iter().any(|name| name.eq_ignore_ascii_case(wanted))
     {
-        return Err(
-            InputError::new(&path, format!("the only layer `{}`", info.layer), format!("a layer `{wanted}`")).into()
-        );
+        let fault = InputError::new(&path, format!("no layer `{wanted}`"), "a layer of the file");
+        return Err(fault.remedy(names::remedy(wanted, std::iter::once(info.layer.as_str()))).into());
     }
     if let Some(filter) = filter.as_ref().filter(|_| !columns.names.is_empty()) {
         filter.check(&columns.names, &path)?;
