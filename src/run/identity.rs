@@ -101,12 +101,12 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
     [ground.height, ground.spread, coverage.share].into_iter().for_each(&mut number);
-    points.iter().for_each(|point| point.iter().copied().for_each(&mut number));
+    points.iter().flat_map(|point| point.iter().copied()).for_each(&mut number);
     for polygon in footprint.iter().flatten() {
         for ring in std::iter::once(polygon.exterior()).chain(polygon.interiors()) {
             // The length keeps a hole from being taken for more of the exterior.
             number(ring.0.len() as f64);
-            ring.coords().for_each(|c| [c.x, c.y].into_iter().for_each(&mut number));
+            ring.coords().flat_map(|c| [c.x, c.y]).for_each(&mut number);
         }
     }
     id.hash(hasher);

@@ -122,6 +122,7 @@ fn bring(
     for warning in layer.reproject(crs)? {
         journal.warn(&warning);
     }
+    layer.reject_giants(crs);
     if let Some(first) = layer.rejected.first() {
         let (count, total) = (layer.rejected.len(), layer.rejected.len() + layer.footprints.len());
         journal.warn(&format!(

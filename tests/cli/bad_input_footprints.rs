@@ -15,7 +15,7 @@ fn write_features(path: &Path, features: &[Value], crs: Option<&str>) {
     std::fs::write(path, file.to_string()).unwrap();
 }
 
-fn feature(id: Value, geometry: Value) -> Value {
+fn feature(id: &Value, geometry: &Value) -> Value {
     json!({"type": "Feature", "properties": {"id": id}, "geometry": geometry})
 }
 
@@ -59,7 +59,7 @@ fn outcomes(folder: &tempfile::TempDir) -> Vec<(String, String, String)> {
 fn footprints_elsewhere_are_told_with_both_extents() {
     let away =
         json!({"type": "Polygon", "coordinates": [[[1e5, 4e5], [100_010.0, 4e5], [1e5, 400_010.0], [1e5, 4e5]]]});
-    let (run, folder) = with(&[feature(json!("1"), away)], RD, "");
+    let (run, folder) = with(&[feature(&json!("1"), &away)], RD, "");
     assert_ends(&run, 1, &["f.geojson, in EPSG:28992: found no overlap", "100000.00 to 100010.00", "84990"]);
     assert!(!folder.path().join("out.city.json").exists());
 }
@@ -67,18 +67,18 @@ fn footprints_elsewhere_are_told_with_both_extents() {
 #[test]
 fn footprints_in_another_system_need_its_name_only_where_the_file_has_none() {
     // A point in the middle of the roof, in ETRS89 / UTM 31N and in degrees, from PROJ.
-    let (run, folder) = with(&[feature(json!("1"), polygon(&[ROOF]))], RD, "--footprint-crs EPSG:25831");
+    let (run, folder) = with(&[feature(&json!("1"), &polygon(&[ROOF]))], RD, "--footprint-crs EPSG:25831");
     assert_ends(&run, 1, &["EPSG:25831", "no overlap"]);
     assert!(!folder.path().join("out.city.json").exists());
 
     // GeoJSON without a CRS is in degrees (RFC 7946); what cannot be degrees is taken to be in that of the tiles.
-    let (run, folder) = with(&[feature(json!("1"), polygon(&[ROOF]))], None, "");
+    let (run, folder) = with(&[feature(&json!("1"), &polygon(&[ROOF]))], None, "");
     assert_ends(&run, 0, &["f.geojson"]);
     assert_eq!(outcomes(&folder)[0].1, "lod22");
 }
 
-/// The Shapefile of these rings, without a `.prj`.
-fn write_shapefile(path: &Path, ring: &[[f64; 2]]) {
+/// The Shapefile of this ring, id 0042, without a `.prj`.
+pub fn write_shapefile(path: &Path, ring: &[[f64; 2]]) {
     use shapefile::dbase::{FieldName, TableWriterBuilder};
     let table = TableWriterBuilder::new().add_character_field(FieldName::try_from("id").unwrap(), 20);
     let mut writer = shapefile::Writer::from_path(path, table).unwrap();
@@ -132,12 +132,18 @@ fn every_kind_of_bad_geometry_comes_out_again() {
         ("line", line(), "rejected", "LineString"),
         ("point", json!({"type": "Point", "coordinates": CORNER}), "rejected", "Point"),
         ("flat", polygon(&[flat]), "rejected", "area"),
-        ("infinite", infinite, "rejected", ""),
+        ("infinite", infinite, "rejected", "a coordinate of 1e300 lies on no map"),
+        (
+            "giant",
+            polygon(&[&[[0.0, 0.0], [6000.0, 0.0], [10.0, 8.0], [0.0, 0.0]]]),
+            "rejected",
+            "it extends over 6000 m",
+        ),
         ("mixed", json!({"type": "GeometryCollection", "geometries": [line(), polygon(&[ROOF])]}), "lod22", ""),
     ];
-    let features: Vec<Value> = cases.iter().map(|(id, geometry, ..)| feature(json!(id), geometry.clone())).collect();
+    let features: Vec<Value> = cases.iter().map(|(id, geometry, ..)| feature(&json!(id), geometry)).collect();
     let (run, folder) = with(&features, RD, "");
-    assert_ends(&run, 2, &["16 features have no usable polygon and are written without geometry"]);
+    assert_ends(&run, 2, &["17 features have no usable polygon and are written without geometry"]);
     assert_says(&run.out, &["without a model:", "  null: rejected (no usable polygon", "  line: rejected"]);
     let found = outcomes(&folder);
     assert_eq!(found.len(), cases.len());
@@ -160,7 +166,7 @@ fn ids_survive_as_they_stand_and_become_unique() {
         polygon(&[&[[x, 0.0], [x + 2.0, 0.0], [x + 2.0, 8.0], [x, 8.0], [x, 0.0]]])
     };
     let ids = [json!("0042"), json!(9_007_199_254_740_993_u64), json!("Zoë’s 家/\"1\""), Value::Null, json!("0042")];
-    let features: Vec<Value> = (0..).zip(&ids).map(|(i, id)| feature(id.clone(), at(i))).collect();
+    let features: Vec<Value> = (0..).zip(&ids).map(|(i, id)| feature(id, &at(i))).collect();
     let (run, folder) = with(&features, RD, "--id-attribute id");
     assert_ends(&run, 0, &["f.geojson: "]);
     let found = outcomes(&folder);
@@ -180,7 +186,8 @@ fn a_thousand_parts_are_one_building() {
     };
     let parts: Vec<_> = (0..1000).map(cell).collect();
     let started = std::time::Instant::now();
-    let (run, folder) = with(&[feature(json!("many"), json!({"type": "MultiPolygon", "coordinates": parts}))], RD, "");
+    let (run, folder) =
+        with(&[feature(&json!("many"), &json!({"type": "MultiPolygon", "coordinates": parts}))], RD, "");
     assert!(matches!(run.code, 0 | 2), "{}{}", run.out, run.err);
     assert!(started.elapsed().as_secs() < 60, "{:?}", started.elapsed());
     assert_eq!(outcomes(&folder).len(), 1);

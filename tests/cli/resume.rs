@@ -16,7 +16,8 @@ fn checkpoint(out: &Path) -> PathBuf {
 /// How many buildings a checkpoint holds: its whole lines but the head.
 fn kept(out: &Path) -> u64 {
     let content = std::fs::read(checkpoint(out)).unwrap_or_default();
-    (content.iter().filter(|&&byte| byte == b'\n').count() as u64).saturating_sub(1)
+    // Before the first line end is the head, behind the last one nothing or a line that was cut off.
+    (content.split(|&byte| byte == b'\n').count() as u64).saturating_sub(2)
 }
 
 /// Starts the quick start on one thread and kills it once `after` buildings are done; says how many are kept. `None` when
@@ -50,7 +51,8 @@ fn a_run_that_was_killed_at_any_moment_is_resumed_to_the_same_bytes() {
         for (round, after) in [0, 1, 7, 15, 22, 30, 37, 45, 52, 60].into_iter().enumerate() {
             let out = folder.path().join(format!("{round}.{extension}"));
             let Some(mut kept) = killed(&out, after, "") else { continue };
-            assert!(!out.exists(), "half a model under the final name");
+            // A kill in the last moments finds the whole model under its name; never half of one.
+            assert!(!out.exists() || std::fs::read(&out).unwrap() == whole, "half a model under the final name");
             // A second kill, in the middle of what the first has left.
             if round % 3 == 1 {
                 match killed(&out, kept + 4, "--resume") {

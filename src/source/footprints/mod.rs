@@ -183,6 +183,25 @@ impl FootprintLayer {
         })
     }
 
+    /// Rejects the footprints that are larger than any building: one vertex gone astray would cost more memory than there
+    /// is. `crs` is that of the layer, which must not be in degrees.
+    pub fn reject_giants(&mut self, crs: &Crs) {
+        for footprint in std::mem::take(&mut self.footprints) {
+            let extent = footprint.polygon.bounding_rect().map_or(0.0, |rect| {
+                (rect.width() * crs.metres_per_unit[0]).max(rect.height() * crs.metres_per_unit[1])
+            });
+            if extent <= LARGEST_BUILDING {
+                self.footprints.push(footprint);
+                continue;
+            }
+            let reason = format!("it extends over {extent:.0} m, more than {LARGEST_BUILDING} m");
+            let index = self.numbers.get(&footprint.id).copied().unwrap_or_default();
+            let Footprint { id, attributes, .. } = footprint;
+            self.rejected.push(Rejected { index, id, attributes, reason });
+        }
+        self.rejected.sort_by_key(|rejected| rejected.index);
+    }
+
     /// Takes all footprints to another CRS, vertex by vertex; what is no longer valid afterwards is repaired or
     /// rejected. A layer of unknown CRS is taken to be in `target` already. Returns what the user must know of the
     /// accuracy.
@@ -233,6 +252,9 @@ impl FootprintLayer {
         Ok(transformer.warning().map(str::to_string).into_iter().collect())
     }
 }
+
+/// The largest extent of a building in metres. What is larger has a corner in the wrong place, or is no building.
+const LARGEST_BUILDING: f64 = 5000.0;
 
 /// The names of attributes in the order in which they first occur.
 #[derive(Default)]
