@@ -177,7 +177,8 @@ impl Args {
     /// A CRS that is none, or options that contradict each other.
     fn into_job(self) -> Result<Job> {
         self.refuse_contradictions()?;
-        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose()?;
+        let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
+        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
         Ok(Job {
             tiles: self.tiles,

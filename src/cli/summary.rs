@@ -29,6 +29,9 @@ pub fn building(building: &BuildingReport) -> String {
     }
     parts.extend(building.rmse_lod22.map(|rmse| format!("RMSE {rmse:.2} m")));
     parts.push(format!("{:.0} ms", building.wall_ms));
+    if building.resumed {
+        parts.push("from an earlier run".to_owned());
+    }
     parts.extend_from_slice(&building.notes);
     format!("{}: {}", building.id, parts.join(", "))
 }

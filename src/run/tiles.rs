@@ -95,7 +95,7 @@ pub fn agree_on_crs(
     let mut warnings = Vec::new();
     let named = || tiles.iter().filter_map(|tile| Some((tile, tile.crs.as_ref()?)));
     let (crs, source) = if let Some(text) = option {
-        let crs = Crs::parse(text)?;
+        let crs = Crs::parse(text).map_err(|fault| InputError { file: "--crs".into(), ..fault })?;
         if let Some((tile, own)) = named().find(|(_, own)| !is_same(own, &crs)) {
             let tile = tile.path.display();
             warnings.push(format!("--crs {} goes before {} of {tile}", label(&crs), label(own)));

@@ -66,7 +66,7 @@ fn footprints_elsewhere_are_told_with_both_extents() {
 
 #[test]
 fn footprints_in_another_system_need_its_name_only_where_the_file_has_none() {
-    // A point in the middle of the roof, in ETRS89 / UTM 31N and in degrees, from PROJ.
+    // A wrong name takes them elsewhere.
     let (run, folder) = with(&[feature(&json!("1"), &polygon(&[ROOF]))], RD, "--footprint-crs EPSG:25831");
     assert_ends(&run, 1, &["EPSG:25831", "no overlap"]);
     assert!(!folder.path().join("out.city.json").exists());

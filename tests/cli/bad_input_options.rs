@@ -53,7 +53,7 @@ fn contradictions_are_refused() {
 
 #[test]
 fn what_is_misspelt_gets_the_nearest() {
-    let cases: [(&str, &[&str]); 7] = [
+    let cases: [(&str, &[&str]); 8] = [
         ("--lamda 0.1", &["'--lamda'", "'--lambda'"]),
         ("--detector ransack", &["a similar value exists: 'ransac'", "region-growing"]),
         ("--partition adaptiv", &["a similar value exists: 'adaptive'"]),
@@ -61,6 +61,7 @@ fn what_is_misspelt_gets_the_nearest() {
         ("--layer footprint", &["no layer `footprint`", "Did you mean `footprints`?"]),
         ("--filter idd=3", &["filter `idd=3`", "Did you mean `id`?"]),
         ("--filter id=", &["filter `id=`"]),
+        ("--footprint-crs EPGS:7415", &["--footprint-crs: found `EPGS:7415`", "such as EPSG:7415"]),
     ];
     for (options, says) in cases {
         assert_ends(&with(options), 1, says);
