@@ -1,13 +1,13 @@
 //! What became of one building: what [`reconstruct`](mod@crate::reconstruct) returns, and what sinks and reports take.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::site::{Coverage, Frame, Ground};
 use crate::solid::Model;
 
 /// One footprint after the run: with a model or with a reason.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Building {
     /// The id, exactly as in the footprint file (made unique where it was not).
     pub id: String,
@@ -26,7 +26,7 @@ pub struct Building {
 }
 
 /// Whether LoD 2.2 was reached.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "outcome")]
 pub enum Outcome {
     /// Every part is a valid LoD 2.2 solid.
@@ -67,7 +67,7 @@ impl Outcome {
 }
 
 /// Why a building is not a LoD 2.2 solid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Reason {
@@ -90,7 +90,7 @@ pub enum Reason {
 }
 
 /// What was measured of a building. Heights are metres in the local frame.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// The ground.
     pub ground: Option<Ground>,
@@ -127,7 +127,7 @@ pub struct Measures {
 }
 
 /// Percentiles of the roof height, metres in the local frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RoofHeights {
     /// Lowest.
     pub min: f64,
@@ -140,7 +140,7 @@ pub struct RoofHeights {
 }
 
 /// The shape of a roof.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RoofType {
     /// One horizontal plane.

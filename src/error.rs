@@ -16,7 +16,7 @@ pub enum Error {
     #[error(transparent)]
     Input(#[from] InputError),
     /// The operating system refused to read or write.
-    #[error("{}: cannot {action}: {source}", path.display())]
+    #[error("{}: cannot {action}: {source}{}", path.display(), advice(source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -34,6 +34,18 @@ impl Error {
     /// An [`Error::Io`] for `path` while doing `action`.
     pub fn io(path: impl Into<PathBuf>, action: &'static str, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), action, source }
+    }
+}
+
+/// What the user can do when the system refuses.
+fn advice(source: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match source.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => ". Make room there, or write to another place",
+        ErrorKind::FileTooLarge => ". Raise the limit on the size of files, or write to another place",
+        ErrorKind::PermissionDenied => ". See whether you may read or write there",
+        ErrorKind::ReadOnlyFilesystem => ". Write to another place",
+        _ => "",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use geo::MultiPolygon;
 use nalgebra::Point3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
@@ -12,7 +12,7 @@ pub const QUANTUM: f64 = 1e-4;
 ///
 /// The origin is a whole number of CRS units that depends on the footprint alone, so that neither tiling nor
 /// neighbours change a single bit of the result.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Origin in CRS coordinates; whole numbers.
     pub origin: [f64; 3],
@@ -50,7 +50,7 @@ impl Frame {
 }
 
 /// Where the ground height of a site comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GroundSource {
     /// Ground-class points in a ring around the footprint.
@@ -62,7 +62,7 @@ pub enum GroundSource {
 }
 
 /// The ground around a building.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
     /// Robust local ground height, metres in the local frame.
     pub height: f64,
@@ -73,7 +73,7 @@ pub struct Ground {
 }
 
 /// How far the given tiles cover a footprint.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Share of the footprint's area inside the extent of some tile, 0 to 1.
     pub share: f64,

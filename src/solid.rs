@@ -2,10 +2,10 @@
 
 use geo::MultiPolygon;
 use nalgebra::{Point3, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a face is: the semantic surface types of CityGML that gable writes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SurfaceType {
     /// `RoofSurface`: faces up.
     Roof,
@@ -18,7 +18,7 @@ pub enum SurfaceType {
 }
 
 /// One semantic surface: all faces on the same plane of the same type share one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// Its type.
     pub kind: SurfaceType,
@@ -40,7 +40,7 @@ impl Surface {
 }
 
 /// A planar polygon of a shell, with holes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Face {
     /// Vertex indices; the first ring is the exterior, counter-clockwise seen from outside the solid, the others are
     /// holes, clockwise. The first vertex is not repeated.
@@ -52,7 +52,7 @@ pub struct Face {
 /// One closed shell of labelled polygons on the integer grid of the output.
 ///
 /// Coordinates are grid steps of the building's [`Frame`](crate::site::Frame): what is validated is what is written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Solid {
     /// Size of a grid step in metres, along x, y and z.
     pub step: [f64; 3],
@@ -107,7 +107,7 @@ impl Solid {
 }
 
 /// One part of a building: a `BuildingPart` of the city model.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// The LoD 1.2 block.
     pub lod12: Option<Solid>,
@@ -116,7 +116,7 @@ pub struct Part {
 }
 
 /// The model of one building in its local frame.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Model {
     /// LoD 0: the footprint in grid steps (x, y), horizontal at `ground`. Empty without a footprint.
     pub footprint: Vec<FootprintPolygon>,

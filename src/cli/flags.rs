@@ -22,16 +22,46 @@ pub trait Tunable: Clone + Default + Serialize + DeserializeOwned + JsonSchema {
     const HEADING: &'static str;
     /// Fields that have a flag of their own elsewhere.
     const ELSEWHERE: &'static [&'static str];
+    /// The ranges of flags where the structure sets none or takes what lies outside for the nearest value inside: on the
+    /// command line such a value is a slip, and is refused.
+    const LIMITS: &'static [(&'static str, [f64; 2])];
 }
 
 impl Tunable for Parameters {
     const HEADING: &'static str = "Method";
     const ELSEWHERE: &'static [&'static str] = &[];
+    const LIMITS: &'static [(&'static str, [f64; 2])] = &[
+        ("noise-factor", [1.0, 100.0]),
+        ("minimum-tolerance", [0.001, 10.0]),
+        ("maximum-tolerance", [0.001, 10.0]),
+        ("minimum-area", [0.0, 10_000.0]),
+        ("minimum-inliers", [3.0, 100_000.0]),
+        ("maximum-density", [1.0, 10_000.0]),
+        ("merge-tolerance", [0.0, 10.0]),
+        ("regularise-tolerance", [0.0, 10.0]),
+        ("footprint-tolerance", [0.0, 10.0]),
+        ("step-height", [0.0, 100.0]),
+        ("step-length", [0.0, 100.0]),
+        ("lambda", [0.0, 1000.0]),
+        ("volume-exponent", [0.0, 1.0]),
+        ("minimum-feature", [0.0, 10.0]),
+    ];
 }
 
 impl Tunable for SegmentOptions {
     const HEADING: &'static str = "Which points belong to a building";
     const ELSEWHERE: &'static [&'static str] = &["building_classes", "ground_classes"];
+    const LIMITS: &'static [(&'static str, [f64; 2])] = &[
+        ("ring-width", [0.1, 1000.0]),
+        ("ring-limit", [0.0, 1000.0]),
+        ("ring-area", [0.0, 100_000.0]),
+        ("ground-percentile", [0.0, 100.0]),
+        ("least-height", [0.0, 1000.0]),
+        ("flatness", [0.0, 1.0]),
+        ("hover-gap", [0.01, 1000.0]),
+        ("party-wall-band", [0.0, 100.0]),
+        ("party-wall-rise", [0.01, 1000.0]),
+    ];
 }
 
 /// The fields of a structure as flags.
@@ -122,13 +152,17 @@ impl Kind {
 /// What was expected instead.
 fn number(text: &str, whole: bool, [low, high]: [f64; 2]) -> Result<Value, String> {
     let kind = if whole { "a whole number" } else { "a number" };
+    let range = match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!(" from {low} to {high}"),
+        (true, false) => format!(" of at least {low}"),
+        (false, true) => format!(" of at most {high}"),
+        (false, false) => String::new(),
+    };
     let value: Value = serde_json::from_str(text.trim()).unwrap_or_default();
+    let is_whole = value.is_i64() || value.is_u64();
     match value.as_f64() {
-        Some(number) if whole && !(value.is_i64() || value.is_u64()) => Err(format!("{number} is not {kind}")),
-        Some(number) if number < low => Err(format!("{number} is less than {low}")),
-        Some(number) if number > high => Err(format!("{number} is more than {high}")),
-        Some(_) => Ok(value),
-        None => Err(format!("{kind} is expected")),
+        Some(number) if (is_whole || !whole) && (low..=high).contains(&number) => Ok(value),
+        _ => Err(format!("{kind}{range} is expected")),
     }
 }
 
@@ -154,6 +188,12 @@ fn flags<T: Tunable>() -> Vec<Flag> {
     let mut flags = Vec::new();
     collect(&schema, &default, "", &mut flags);
     flags.retain(|flag| !T::ELSEWHERE.contains(&flag.pointer.trim_start_matches('/')));
+    for flag in &mut flags {
+        let known = T::LIMITS.iter().find(|(name, _)| *name == flag.name);
+        if let (Some((_, [low, high])), Kind::Number { limits, .. }) = (known, &mut flag.kind) {
+            *limits = [limits[0].max(*low), limits[1].min(*high)];
+        }
+    }
     flags
 }
 
@@ -185,6 +225,8 @@ impl<T: Tunable> clap::Args for Flags<T> {
                 .help(flag.help)
                 .help_heading(T::HEADING)
                 .value_name(flag.kind.placeholder())
+                // So that `--lambda -1` is told its range rather than taken for an option.
+                .allow_negative_numbers(matches!(flag.kind, Kind::Number { .. }))
                 .value_parser(flag.kind.parser());
             match flag.default {
                 Value::Null => {}
@@ -250,6 +292,9 @@ mod tests {
         for flag in &flags {
             assert!(!flag.help.is_empty(), "--{} has no help", flag.name);
             assert!(fields.pointer(&flag.pointer).is_some(), "{} is nowhere in the structure", flag.pointer);
+        }
+        for (name, _) in T::LIMITS {
+            assert!(flags.iter().any(|flag| flag.name == *name), "a range for --{name}, which is no flag");
         }
         flags.into_iter().map(|flag| flag.name).collect()
     }

@@ -16,6 +16,7 @@ const INTERRUPTED: i32 = 130;
 pub fn listen() {
     let installed = ctrlc::set_handler(|| {
         if PRESSED.swap(true, Ordering::SeqCst) {
+            say("\ngiven up: the same command with --resume goes on from what is done");
             std::process::exit(INTERRUPTED);
         }
         if !SOMETHING_TO_SAVE.load(Ordering::SeqCst) {

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | 0 | done; every footprint that holds points has a model |
 //! | 1 | nothing could be done, or bad usage |
-//! | 2 | finished, but some buildings lack a model |
+//! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
 mod evaluate;
 mod flags;
@@ -37,7 +37,8 @@ Examples:
 Exit codes:
   0  done; every footprint that holds points has a model
   1  nothing could be done, or bad usage
-  2  finished, but some buildings lack a model: the summary and the report say which and why";
+  2  finished, but some buildings lack a model or some tiles could not be read: the summary
+     and the report say which and why";
 
 #[derive(Debug, Parser)]
 #[command(

@@ -7,10 +7,10 @@ use super::flags::Flags;
 use super::output::print;
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary};
-use crate::error::Result;
+use crate::error::{InputError, Result};
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, run};
-use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::segment::{BuildingClasses, NOISE, SegmentOptions};
 use crate::sink::PointCloud;
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
@@ -31,12 +31,13 @@ The output:
   The extension chooses the format: .city.json (CityJSON) or .city.jsonl (CityJSONSeq).
   A folder, or a name without an extension, gets a .city.json that is named after the tile
   if there is one, else after the footprints. The report goes to OUT.report.json. Ctrl-C
-  writes what is done; nothing appears under its name before it is whole.
+  writes what is done; nothing appears under its name before it is whole. A run that was
+  killed leaves what it has done in OUT.partial: the same command with --resume goes on.
 
 Exit codes:
   0  every footprint that holds points has a model
   1  nothing could be done, or bad usage
-  2  finished, but some buildings lack a model";
+  2  finished, but some buildings lack a model or some tiles could not be read";
 
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
@@ -62,6 +63,10 @@ pub struct Args {
     /// Replace files that exist
     #[arg(long)]
     overwrite: bool,
+
+    /// Go on from what a run that was killed has left in OUT.partial
+    #[arg(long)]
+    resume: bool,
 
     /// Where the report goes [default: OUT.report.json]
     #[arg(long, value_name = "FILE")]
@@ -104,7 +109,7 @@ pub struct Args {
     point_cloud_date: Option<String>,
 
     /// Number of threads [default: one per processor]
-    #[arg(short, long, value_name = "N")]
+    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     jobs: Option<NonZeroUsize>,
 
     /// Say nothing but errors
@@ -141,16 +146,46 @@ pub fn main(args: Args) -> Outcome {
 }
 
 impl Args {
+    /// What the grammar of the options cannot tell.
+    ///
     /// # Errors
-    /// A CRS that is none.
+    /// Two options that cannot both be meant.
+    fn refuse_contradictions(&self) -> Result<(), InputError> {
+        if let BuildingClasses::Listed(classes) = &self.building_class {
+            if let Some(class) = classes.iter().find(|class| self.ground_class.contains(class)) {
+                let found = format!("class {class} as building and as ground");
+                return Err(InputError::new("--building-class and --ground-class", found, "each class in one of them")
+                    .remedy("Take it out of one; `gable info` lists the classes of a tile"));
+            }
+            if let Some(class) = classes.iter().find(|class| NOISE.contains(class)) {
+                let found = format!("class {class}, which is noise and never used");
+                return Err(InputError::new("--building-class", found, "classes that hold buildings")
+                    .remedy("Leave it out; `gable info` lists the classes of a tile"));
+            }
+        }
+        let detection = &self.parameters.0.detection;
+        let (least, most) = (detection.minimum_tolerance, detection.maximum_tolerance);
+        if least > most {
+            let found = format!("a least tolerance of {least} and a largest of {most}");
+            let options = "--minimum-tolerance and --maximum-tolerance";
+            return Err(InputError::new(options, found, "the first not above the second").remedy("Change one of them"));
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// A CRS that is none, or options that contradict each other.
     fn into_job(self) -> Result<Job> {
-        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose()?;
+        self.refuse_contradictions()?;
+        let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
+        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
         Ok(Job {
             tiles: self.tiles,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
             output: self.output,
             overwrite: self.overwrite,
+            resume: self.resume,
             report: self.report,
             crs: self.crs,
             threads: self.jobs,
@@ -164,6 +199,15 @@ impl Args {
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         })
     }
+}
+
+/// The most threads that may be asked for: more than the processors of any machine, few enough to start.
+const MOST_THREADS: usize = 1024;
+
+/// A number of threads.
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let threads = text.trim().parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS);
+    threads.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} is expected"))
 }
 
 /// A year, a month or a day of the calendar.

@@ -29,6 +29,9 @@ pub fn building(building: &BuildingReport) -> String {
     }
     parts.extend(building.rmse_lod22.map(|rmse| format!("RMSE {rmse:.2} m")));
     parts.push(format!("{:.0} ms", building.wall_ms));
+    if building.resumed {
+        parts.push("from an earlier run".to_owned());
+    }
     parts.extend_from_slice(&building.notes);
     format!("{}: {}", building.id, parts.join(", "))
 }
@@ -63,9 +66,16 @@ pub fn summary(report: &Report) -> String {
     if counts.not_reached > 0 {
         rows.push(vec!["  not reached".into(), number(counts.not_reached)]);
     }
+    if counts.resumed > 0 {
+        rows.push(vec!["  taken from an earlier run".into(), number(counts.resumed)]);
+    }
     rows.push(vec!["solids at LoD 2.2".into(), number(counts.solids_lod22)]);
     rows.push(vec!["solids at LoD 1.2".into(), number(counts.solids_lod12)]);
     rows.push(vec!["points read".into(), thousands(report.inputs.points.read)]);
+    let missing: u64 = report.inputs.tiles.iter().map(|tile| tile.missing_points).sum();
+    if missing > 0 {
+        rows.push(vec!["points that could not be read".into(), thousands(missing)]);
+    }
     rows.push(vec!["points in footprints".into(), thousands(counts.points)]);
     let mut lines = Vec::new();
     if let Some(Percentiles { p50, p90, max, .. }) = report.quality.rmse_lod22 {
@@ -79,11 +89,27 @@ pub fn summary(report: &Report) -> String {
 
     let mut out = table(&rows, "");
     out.extend(lines.iter().map(|(name, text)| format!("{name:<20}  {text}\n")));
+    out += &bad_tiles(report);
     out += &failed(report);
     if report.interrupted {
         out += "interrupted: the buildings that were done are written, the others are missing\n";
     }
     out
+}
+
+/// The tiles that could not be read, or not wholly.
+fn bad_tiles(report: &Report) -> String {
+    let bad: Vec<_> = report.inputs.tiles.iter().filter(|tile| tile.left_out || tile.missing_points > 0).collect();
+    if bad.is_empty() {
+        return String::new();
+    }
+    let (count, total) = (thousands(bad.len() as u64), thousands(report.inputs.tiles.len() as u64));
+    let mut lines = vec![format!("tiles that could not be read or not wholly: {count} of {total}\n")];
+    lines.extend(bad.iter().take(NAMED).flat_map(|tile| &tile.problems).map(|problem| format!("  {problem}\n")));
+    if bad.len() > NAMED {
+        lines.push(format!("  and {} more: see the report\n", thousands((bad.len() - NAMED) as u64)));
+    }
+    lines.concat()
 }
 
 /// The buildings that lack a model though they ought to have one.

@@ -36,6 +36,8 @@ pub struct BuildingReport {
     pub rmse_lod22: Option<f64>,
     /// val3dity codes of the LoD 2.2 solid that was rejected.
     pub faults_lod22: Vec<u16>,
+    /// Whether an earlier run that was killed made it, which this one resumed.
+    pub resumed: bool,
     /// Wall time of the reconstruction in milliseconds.
     pub wall_ms: f64,
     /// Processor time of the reconstruction in milliseconds; where the system tells.
@@ -62,6 +64,7 @@ impl BuildingReport {
             rmse_lod12: measures.rmse_lod12,
             rmse_lod22: measures.rmse_lod22,
             faults_lod22: measures.faults_lod22.clone(),
+            resumed: false,
             wall_ms: milliseconds(wall),
             cpu_ms: cpu.map(milliseconds),
             notes: building.notes.clone(),

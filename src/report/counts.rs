@@ -17,6 +17,8 @@ pub struct Counts {
     pub written: usize,
     /// Buildings that were not reached before the interruption.
     pub not_reached: usize,
+    /// Buildings that were taken over from an earlier run that was killed, which this one resumed.
+    pub resumed: usize,
     /// Footprints that hold building points.
     pub with_points: usize,
     /// Buildings with a LoD 2.2 model.
@@ -63,6 +65,7 @@ impl Counts {
     /// Counts one more building that was written.
     pub fn add(&mut self, building: &BuildingReport) {
         self.written += 1;
+        self.resumed += usize::from(building.resumed);
         self.with_points += usize::from(building.points > 0);
         self.points += building.points as u64;
         self.solids_lod22 += building.solids_lod22;

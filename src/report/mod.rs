@@ -8,7 +8,6 @@ mod clock;
 mod counts;
 mod quality;
 
-use std::io::Write;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -18,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
 use crate::run::Stage;
 use crate::segment::{PointCounts, SegmentOptions};
+use crate::sink::write_whole;
 
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
@@ -37,7 +37,7 @@ pub struct Report {
     /// Whether the run was interrupted: what was done until then was written.
     pub interrupted: bool,
     /// The exit code of the command line: 0 every footprint that holds points has a model, 1 no building has one,
-    /// 2 some lack one.
+    /// 2 some lack one, or a tile could not be read or not wholly.
     pub exit_code: u8,
     /// The coordinate reference system of the model.
     pub crs: CrsReport,
@@ -108,10 +108,21 @@ pub struct TileReport {
     pub file: String,
     /// Number of points that its header announces.
     pub points: u64,
+    /// Number of these that could not be read.
+    pub missing_points: u64,
+    /// Whether it could not be opened and was left out.
+    pub left_out: bool,
     /// Its own coordinate reference system, if it names one.
     pub crs: Option<String>,
     /// What was wrong with it: it was left out, or points of it are missing.
     pub problems: Vec<String>,
+}
+
+impl Inputs {
+    /// Whether every tile was read to its end: if not, buildings may lack points without anyone seeing it.
+    pub fn is_whole(&self) -> bool {
+        self.tiles.iter().all(|tile| !tile.left_out && tile.missing_points == 0)
+    }
 }
 
 /// The footprint file.
@@ -141,15 +152,14 @@ pub struct StageReport {
 }
 
 impl Report {
-    /// Writes the report as JSON, indented, with a line end.
+    /// Writes the report as JSON, indented, with a line end. It appears under its name when it is whole.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let mut json = serde_json::to_vec_pretty(self).map_err(|e| Error::io(path, "write", e.into()))?;
         json.push(b'\n');
-        let mut file = std::fs::File::create(path).map_err(|e| Error::io(path, "create", e))?;
-        file.write_all(&json).map_err(|e| Error::io(path, "write", e))
+        write_whole(path, &json)
     }
 }
 

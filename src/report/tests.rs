@@ -105,7 +105,14 @@ fn report() -> Report {
         exit_code: counts.verdict().exit_code(),
         crs: CrsReport { name: "n".into(), code: None, source: CrsSource::Option },
         inputs: Inputs {
-            tiles: vec![TileReport { file: "a.laz".into(), points: 7, crs: None, problems: vec!["cut off".into()] }],
+            tiles: vec![TileReport {
+                file: "a.laz".into(),
+                points: 7,
+                missing_points: 2,
+                left_out: false,
+                crs: None,
+                problems: vec!["cut off".into()],
+            }],
             footprints: Some(FootprintsReport {
                 file: "f.geojson".into(),
                 footprints: 2,

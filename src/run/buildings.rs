@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use rayon::ThreadPool;
 
+use super::checkpoint::{Checkpoint, Record};
 use super::guard::guarded;
 use super::observer::{Event, Observer, Stage};
 use super::ordered::in_order;
@@ -59,6 +60,7 @@ struct Done {
     building: Building,
     wall: Duration,
     cpu: Option<Duration>,
+    resumed: bool,
 }
 
 /// Reconstructs all tasks on the threads of `pool` with `reconstruct` and hands them to `write` in their order, on the
@@ -66,14 +68,15 @@ struct Done {
 ///
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
 /// the panic. When the observer interrupts, buildings under way are completed and written and the others are counted as
-/// not reached.
+/// not reached. What `checkpoint` holds is taken from there, and what is made is kept there as soon as it is done.
 ///
 /// # Errors
-/// What `write` says.
-pub fn reconstruct_all(
+/// What `write` says, or that the checkpoint cannot be written.
+pub(super) fn reconstruct_all(
     tasks: Vec<Task>,
     pool: &ThreadPool,
     observer: &dyn Observer,
+    checkpoint: Option<&Checkpoint>,
     reconstruct: impl Fn(&Site) -> Building + Sync,
     mut write: impl FnMut(&Building) -> Result<()>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
@@ -81,21 +84,26 @@ pub fn reconstruct_all(
     let mut reports = Vec::with_capacity(tasks.len());
     in_order(
         pool,
-        tasks,
-        Task::size,
-        |task| {
-            let done = one(task, &reconstruct);
+        tasks.into_iter().enumerate().collect(),
+        // What is there already comes first: an interruption costs none of it.
+        |(index, task)| if checkpoint.is_some_and(|c| c.has(*index)) { usize::MAX } else { task.size() },
+        |(index, task)| {
+            let done = match checkpoint {
+                Some(checkpoint) => recalled(index, task, checkpoint, &reconstruct),
+                None => Ok(one(task, &reconstruct)),
+            };
             observer.event(Event::Advanced { stage: Stage::Reconstruct, by: 1 });
             done
         },
         || observer.interrupted(),
         |_, done| {
-            let Some(Done { building, wall, cpu }) = done else {
+            let Some(done) = done else {
                 counts.not_reached += 1;
                 return Ok::<(), Error>(());
             };
+            let Done { building, wall, cpu, resumed } = done?;
             write(&building)?;
-            let report = BuildingReport::new(&building, wall, cpu);
+            let report = BuildingReport { resumed, ..BuildingReport::new(&building, wall, cpu) };
             counts.add(&report);
             observer.event(Event::Building(&report));
             reports.push(report);
@@ -103,6 +111,28 @@ pub fn reconstruct_all(
         },
     )?;
     Ok((counts, reports))
+}
+
+/// Takes one building from the checkpoint, or makes it and keeps it there.
+///
+/// # Errors
+/// The checkpoint cannot be written.
+fn recalled(
+    index: usize,
+    task: Task,
+    checkpoint: &Checkpoint,
+    reconstruct: &impl Fn(&Site) -> Building,
+) -> Result<Done> {
+    if let Some(Record { wall, cpu, building, .. }) = checkpoint.recall(index).filter(|r| r.building.id == task.id()) {
+        return Ok(Done { building, wall, cpu, resumed: true });
+    }
+    // What needs no work needs no keeping.
+    let is_made = task.site().is_some();
+    let done = one(task, reconstruct);
+    if is_made {
+        checkpoint.keep(&Record { index, wall: done.wall, cpu: done.cpu, building: &done.building })?;
+    }
+    Ok(done)
 }
 
 /// Does one task; the points of its site are freed on return.
@@ -117,7 +147,7 @@ fn one(task: Task, reconstruct: &impl Fn(&Site) -> Building) -> Done {
             building
         }
     };
-    Done { building, wall: watch.wall(), cpu: watch.cpu() }
+    Done { building, wall: watch.wall(), cpu: watch.cpu(), resumed: false }
 }
 
 /// What is written of a site on which the method failed.
@@ -190,7 +220,7 @@ mod tests {
                 written.push(b.clone());
                 Ok(())
             };
-            let (counts, reports) = reconstruct_all(tasks(20), &pool(threads), &Silent, method, write).unwrap();
+            let (counts, reports) = reconstruct_all(tasks(20), &pool(threads), &Silent, None, method, write).unwrap();
             let ids: Vec<_> = written.iter().map(|b| b.id.clone()).collect();
             assert_eq!(ids, (0..20).map(|i| i.to_string()).collect::<Vec<_>>());
             assert_eq!((counts.footprints, counts.written, counts.buildings_lod22), (20, 20, 19));
@@ -229,7 +259,7 @@ mod tests {
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
-        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, method, write).unwrap();
+        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, None, method, write).unwrap();
         // The largest first: 7·i mod 11 is 10 for building 3 and 9 for building 6.
         assert_eq!(written, ["3", "6"]);
         assert_eq!((counts.footprints, counts.written, counts.not_reached, reports.len()), (8, 2, 6, 2));
@@ -243,7 +273,7 @@ mod tests {
             written.push((b.id.clone(), b.notes.clone()));
             Ok(())
         };
-        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, method, write).unwrap();
+        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, None, method, write).unwrap();
         assert_eq!(written, [("9".to_owned(), Vec::<String>::new())]);
     }
 }

@@ -22,6 +22,8 @@ pub struct Job {
     pub output: PathBuf,
     /// Whether files that exist are replaced.
     pub overwrite: bool,
+    /// Whether to go on from what a run that was killed has left for this output.
+    pub resume: bool,
     /// Where the report goes; `None` puts it next to the model.
     pub report: Option<PathBuf>,
     /// The CRS of the tiles, whatever they say.

@@ -4,11 +4,16 @@
 //! the points of each footprint, and reconstructs the buildings in parallel while writing them in the order of the
 //! footprints. It tells an [`Observer`] how far it is, and returns a [`Report`].
 //!
+//! A run that is killed leaves what it has done in the folder `OUT.partial`; with [`Job::resume`] the next one goes on from
+//! there.
+//!
 //! What is written depends on the inputs and the parameters alone, not on the number of threads. A tile, a feature or a
 //! building that cannot be used is told and counted; only what leaves nothing to do is an error.
 
 mod buildings;
+mod checkpoint;
 mod guard;
+mod identity;
 mod job;
 mod journal;
 mod observer;
@@ -22,7 +27,7 @@ mod write;
 use crate::building::Building;
 use crate::error::Result;
 use crate::reconstruct::reconstruct;
-use crate::report::{self, Quality, Report};
+use crate::report::{self, Counts, Inputs, Quality, Report, Verdict};
 use crate::site::Site;
 
 use journal::Journal;
@@ -53,7 +58,7 @@ pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Bu
     plan::warn_of_emptiness(job, &plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
-    let exit_code = done.counts.verdict().exit_code();
+    let exit_code = exit_code(&done.counts, &plan.inputs);
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
@@ -77,5 +82,18 @@ pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Bu
         buildings: done.buildings,
     };
     report.write(&plan.report)?;
+    // Only now is there nothing left that a kill could take.
+    if let Some(checkpoint) = done.checkpoint {
+        checkpoint.remove()?;
+    }
     Ok(report)
+}
+
+/// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for.
+fn exit_code(counts: &Counts, inputs: &Inputs) -> u8 {
+    match counts.verdict() {
+        Verdict::Complete if !inputs.is_whole() => Verdict::Partial,
+        verdict => verdict,
+    }
+    .exit_code()
 }

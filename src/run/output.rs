@@ -39,7 +39,7 @@ pub fn report_path(model: &Path) -> PathBuf {
 /// Fails before hours of work rather than after them if a file is there already, and makes the folder it goes to.
 ///
 /// # Errors
-/// The file exists and `overwrite` is off, is a folder, or its folder cannot be made.
+/// The file exists and `overwrite` is off, is a folder, or its folder cannot be made or written to.
 pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
     if path.is_dir() {
         return Err(InputError::new(path, "a folder", "the name of a file").into());
@@ -48,12 +48,30 @@ pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
         let fault = InputError::new(path, "a file of that name", "nothing, so that no result is lost");
         return Err(fault.remedy("Give --overwrite to replace it, or another output").into());
     }
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => {
-            std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))
-        }
-        _ => Ok(()),
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
+    // Permissions do not tell: a file system may be read-only, or have no files of one's own.
+    match tempfile::tempfile_in(folder) {
+        Ok(_) => Ok(()),
+        Err(e) => Err(Error::io(folder, "write to", e)),
     }
+}
+
+/// Refuses outputs that would replace an input.
+///
+/// # Errors
+/// Which one.
+pub fn spare_inputs<'a>(outputs: [&Path; 2], inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
+    let same = |path: &Path| std::fs::canonicalize(path).ok();
+    let outputs = outputs.map(|path| (path, same(path)));
+    for input in inputs {
+        let own = same(input);
+        if let Some((path, _)) = outputs.iter().find(|(_, output)| output.is_some() && *output == own) {
+            let fault = InputError::new(path, "an input of this run", "a file of its own for the output");
+            return Err(fault.remedy("Give another output").into());
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::buildings::Task;
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
-use super::{output, single, tiles};
+use super::{checkpoint, output, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
@@ -35,6 +35,8 @@ pub(super) struct Plan {
     pub inputs: Inputs,
     footprints: Vec<Footprint>,
     rejected: Vec<Rejected>,
+    /// Whether this run goes on from one that was killed, and so may replace what that one left.
+    pub continues: bool,
     /// Whether the only footprint stands in for one that there is not.
     is_single: bool,
 }
@@ -53,16 +55,28 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
 
     journal.stage(Stage::Read, files as u64, |journal| {
         Format::of(&model)?;
-        output::prepare(&model, job.overwrite)?;
-        output::prepare(&report, job.overwrite || job.report.is_none())?;
         if model == report {
             let fault = InputError::new(&report, "the model and the report in one file", "a file for each");
             return Err(fault.remedy("Give another name with --report").into());
         }
+        output::spare_inputs([&model, &report], paths.iter().map(PathBuf::as_path).chain(footprint_path))?;
+        let left = checkpoint::left_over(&model)?;
+        let continues = job.resume && left.is_some_and(|n| n > 0);
+        if let Some(n) = left.filter(|&n| n > 0 && !job.resume) {
+            let folder = checkpoint::folder_of(&model);
+            if !job.overwrite {
+                let fault = InputError::new(folder, format!("{n} buildings of a run that did not end"), "nothing");
+                return Err(fault.remedy("Give --resume to go on from there, or --overwrite to start anew").into());
+            }
+            journal.warn(&format!("{}: {n} buildings of a run that did not end are removed", folder.display()));
+        }
+        output::prepare(&model, job.overwrite || continues)?;
+        output::prepare(&report, job.overwrite || continues || job.report.is_none())?;
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, journal)?;
         let layer =
             job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
+        tiles::refuse_emptiness(&tiles)?;
         let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
         for warning in &warnings {
             journal.warn(warning);
@@ -80,7 +94,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             let footprint = single::stand_in(&tiles, &title, &job.segmentation)?;
             (footprint.into_iter().collect(), Vec::new(), true)
         };
-        Ok(Plan { tiles, crs, crs_report, model, report, title, inputs, footprints, rejected, is_single })
+        Ok(Plan { tiles, crs, crs_report, model, report, title, inputs, footprints, rejected, continues, is_single })
     })
 }
 
@@ -108,6 +122,7 @@ fn bring(
     for warning in layer.reproject(crs)? {
         journal.warn(&warning);
     }
+    layer.reject_giants(crs);
     if let Some(first) = layer.rejected.first() {
         let (count, total) = (layer.rejected.len(), layer.rejected.len() + layer.footprints.len());
         journal.warn(&format!(
@@ -143,6 +158,9 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         let tile = tile_of(&problem).display().to_string();
         if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
             report.problems.push(problem.to_string());
+            if let TileProblem::MissingPoints { expected, read, .. } = problem {
+                report.missing_points = expected.saturating_sub(read);
+            }
         }
     }
     plan.inputs.points = counts;

@@ -4,13 +4,11 @@ use geo::{MultiPolygon, Rect, coord};
 use serde_json::Map;
 
 use crate::error::Result;
-use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::segment::{BuildingClasses, NOISE, SegmentOptions};
 use crate::site::{Coverage, Site};
 use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
 
-/// Noise classes of the ASPRS.
-const NOISE: [u8; 2] = [7, 18];
 /// How far the rectangle reaches beyond the outermost points, CRS units, so that they lie inside it.
 const MARGIN: f64 = 1e-5;
 

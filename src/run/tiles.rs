@@ -25,15 +25,28 @@ pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
     let mut open = OpenTiles { tiles: Vec::new(), reports: Vec::new() };
     let mut first_fault = None;
     for path in paths {
-        let mut report = TileReport { file: path.display().to_string(), points: 0, crs: None, problems: Vec::new() };
+        let mut report = TileReport {
+            file: path.display().to_string(),
+            points: 0,
+            missing_points: 0,
+            left_out: false,
+            crs: None,
+            problems: Vec::new(),
+        };
         match Tile::open(path) {
             Ok(tile) => {
                 report.points = tile.points;
                 report.crs = tile.crs.as_ref().map(label);
+                if tile.points == 0 && paths.len() > 1 {
+                    let problem = format!("{}: the tile holds no point", path.display());
+                    observer.event(Event::Warning(&problem));
+                    report.problems.push(problem);
+                }
                 open.tiles.push(tile);
             }
             Err(fault) => {
                 report.problems.push(fault.to_string());
+                report.left_out = true;
                 if paths.len() > 1 {
                     observer.event(Event::Warning(&format!("{fault}; the tile is left out")));
                 }
@@ -47,6 +60,20 @@ pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
         Some(fault) if open.tiles.is_empty() => Err(fault),
         _ => Ok(open),
     }
+}
+
+/// Refuses tiles without a single point.
+///
+/// # Errors
+/// There is not one point in all of them.
+pub fn refuse_emptiness(tiles: &[Tile]) -> Result<()> {
+    let Some(first) = tiles.first().filter(|_| tiles.iter().all(|tile| tile.points == 0)) else { return Ok(()) };
+    let found = match tiles.len() {
+        1 => "no point: the header says 0".to_owned(),
+        n => format!("no point, nor in any other of {n} tiles"),
+    };
+    let fault = InputError::new(&first.path, found, "tiles with points");
+    Err(fault.remedy("Make or fetch the tiles again, or give those where the buildings are").into())
 }
 
 /// The code of a CRS, or its name when it has none.
@@ -68,7 +95,7 @@ pub fn agree_on_crs(
     let mut warnings = Vec::new();
     let named = || tiles.iter().filter_map(|tile| Some((tile, tile.crs.as_ref()?)));
     let (crs, source) = if let Some(text) = option {
-        let crs = Crs::parse(text)?;
+        let crs = Crs::parse(text).map_err(|fault| InputError { file: "--crs".into(), ..fault })?;
         if let Some((tile, own)) = named().find(|(_, own)| !is_same(own, &crs)) {
             let tile = tile.path.display();
             warnings.push(format!("--crs {} goes before {} of {tile}", label(&crs), label(own)));

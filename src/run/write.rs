@@ -3,6 +3,8 @@
 use rayon::ThreadPool;
 
 use super::buildings::{Task, reconstruct_all};
+use super::checkpoint::{self, Checkpoint};
+use super::identity::{Identity, hash_of};
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
@@ -17,12 +19,17 @@ use crate::site::Site;
 pub(super) struct Done {
     pub(super) counts: Counts,
     pub(super) buildings: Vec<BuildingReport>,
+    /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
+    pub(super) checkpoint: Option<Checkpoint>,
 }
 
 /// Reconstructs all tasks with `method` and writes the model.
 ///
+/// Whatever ends the run before its time, the buildings that are done stay in the checkpoint.
+///
 /// # Errors
-/// The model cannot be written, or the run was interrupted before the first building was done.
+/// The model or the checkpoint cannot be written, the checkpoint is that of another run, or the run was interrupted
+/// before the first building was done.
 pub(super) fn write(
     job: &Job,
     plan: &Plan,
@@ -31,9 +38,46 @@ pub(super) fn write(
     journal: &mut Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
 ) -> Result<Done> {
-    let mut sink = sink::create(&plan.model, metadata(job, plan, &tasks), job.overwrite)?;
+    let parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
+    let identity = Identity::new(parameters, hash_of(&tasks, pool));
+    let checkpoint = Checkpoint::open(&plan.model, &identity, job.resume)?;
+    if job.resume {
+        journal.warn(&match checkpoint.len() {
+            0 => format!("{}: nothing to resume; this run starts from the beginning", checkpoint.folder().display()),
+            n => format!("{}: {n} of {} buildings are taken from there", checkpoint.folder().display(), tasks.len()),
+        });
+    }
+    let outcome = write_model(job, plan, tasks, pool, journal, method, &checkpoint);
+    let is_whole = matches!(&outcome, Ok((counts, _)) if counts.not_reached == 0);
+    if is_whole {
+        return outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: Some(checkpoint) });
+    }
+    let folder = checkpoint.folder().display().to_string();
+    drop(checkpoint);
+    match checkpoint::left_over(&plan.model) {
+        Ok(Some(n)) if n > 0 => {
+            journal.warn(&format!("{folder}: {n} buildings are kept there; the same command with --resume goes on"));
+        }
+        // Nothing is lost by its end, and whatever stopped the run is what the user must be told.
+        _ => drop(std::fs::remove_dir_all(&folder)),
+    }
+    outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: None })
+}
+
+/// Reconstructs and writes with the files that have no name yet in the folder of the checkpoint.
+fn write_model(
+    job: &Job,
+    plan: &Plan,
+    tasks: Vec<Task>,
+    pool: &ThreadPool,
+    journal: &mut Journal<'_>,
+    method: impl Fn(&Site) -> Building + Sync,
+    checkpoint: &Checkpoint,
+) -> Result<(Counts, Vec<BuildingReport>)> {
+    let overwrite = job.overwrite || plan.continues;
+    let mut sink = sink::create_in(Some(checkpoint.folder()), &plan.model, metadata(job, plan, &tasks), overwrite)?;
     let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, method, |building| sink.write(building))
+        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| sink.write(building))
     })?;
     if counts.not_reached > 0 && counts.written == 0 {
         return Err(Error::Interrupted);
@@ -43,7 +87,7 @@ pub(super) fn write(
         journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
         Ok(written)
     })?;
-    Ok(Done { counts, buildings })
+    Ok((counts, buildings))
 }
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.

@@ -21,7 +21,7 @@ mod vegetation;
 mod tests;
 
 pub use counts::{DroppedPoints, PointCounts};
-pub use options::{AnyClass, BuildingClasses, SegmentOptions};
+pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions};
 
 use crate::error::Result;
 use crate::site::Site;

@@ -6,7 +6,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Noise classes of the ASPRS (low point, high noise); never used.
-pub(super) const NOISE: [u8; 2] = [7, 18];
+pub const NOISE: [u8; 2] = [7, 18];
 /// Classes that say for certain that a point is not of a building: vegetation, water, rail, road surface, wires and
 /// transmission towers (LAS 1.4 R15, table 17).
 pub(super) const NEVER_BUILDING: [u8; 10] = [3, 4, 5, 9, 10, 11, 13, 14, 15, 16];

@@ -10,6 +10,9 @@ use crate::source::footprints::Footprint;
 use crate::source::points::{Extent, Tile};
 use geo::BoundingRect;
 
+/// The largest longitude and latitude.
+const DEGREES: [f64; 2] = [180.0, 90.0];
+
 /// A length, share or percentage that is out of range.
 pub(super) fn options(options: &SegmentOptions) -> Result<()> {
     let any = f64::MIN_POSITIVE..=f64::MAX;
@@ -80,11 +83,16 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
         format!("x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2} in {}", label(crs))
     };
     let found = format!("no overlap: the footprints, brought to the CRS of the tiles, extend over {}", shown(&layer));
+    let mut remedy = format!(
+        "Check that both show the same place and that their CRSs are stated rightly (tiles, such as {}: --crs; \
+         footprints: --footprint-crs)",
+        name_of(tiles)
+    );
+    if (0..2).all(|axis| layer.min[axis] >= -DEGREES[axis] && layer.max[axis] <= DEGREES[axis]) {
+        remedy.push_str(". The footprints look like degrees: if they are, give --footprint-crs EPSG:4326");
+    }
     Err(InputError::new("footprints", found, format!("footprints where the tiles are: {}", shown(&cloud)))
-        .remedy(format!(
-            "Check that both show the same place and that their CRSs are stated rightly (tiles, such as {}: --crs)",
-            name_of(tiles)
-        ))
+        .remedy(remedy)
         .into())
 }
 

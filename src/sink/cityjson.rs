@@ -30,9 +30,9 @@ pub(super) struct CityJson {
 
 impl CityJson {
     /// Opens a sink for `path`.
-    pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool) -> Result<Self> {
+    pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
         let mut header = Header::new(path, metadata)?;
-        let mut output = Output::create(path, overwrite)?;
+        let mut output = Output::create(path, overwrite, scratch)?;
         let spill = output.spill()?;
         output.write(&header.text(None)?)?;
         output.write(br#","CityObjects":{"#)?;

@@ -24,9 +24,9 @@ pub(super) struct CityJsonSeq {
 
 impl CityJsonSeq {
     /// Opens a sink for `path`.
-    pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool) -> Result<Self> {
+    pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
         let mut header = Header::new(path, metadata)?;
-        let mut output = Output::create(path, overwrite)?;
+        let mut output = Output::create(path, overwrite, scratch)?;
         output.write(&header.text(None)?)?;
         output.write(b",\"CityObjects\":{},\"vertices\":[]}\n")?;
         let ids = header.take_ids();

@@ -21,6 +21,7 @@ mod vertices;
 pub use attributes::{ATTRIBUTES, Attribute};
 pub use header::{Metadata, PointCloud, reference_system};
 pub use objects::Ids;
+pub use output::write_whole;
 
 use std::path::{Path, PathBuf};
 
@@ -110,8 +111,17 @@ impl Format {
 /// An unknown extension, an existing file without `overwrite`, a folder in the file's place, or a folder that cannot be
 /// written to.
 pub fn create(path: &Path, metadata: Metadata, overwrite: bool) -> Result<Box<dyn Sink>> {
+    create_in(None, path, metadata, overwrite)
+}
+
+/// The same with the files that have no name yet in the folder `scratch`, on the file system of `path`. Without one they
+/// stand beside `path`, where a process that is killed leaves them.
+///
+/// # Errors
+/// As [`create`].
+pub fn create_in(scratch: Option<&Path>, path: &Path, metadata: Metadata, overwrite: bool) -> Result<Box<dyn Sink>> {
     Ok(match Format::of(path)? {
-        Format::CityJson => Box::new(cityjson::CityJson::create(path, metadata, overwrite)?),
-        Format::CityJsonSeq => Box::new(cityjsonseq::CityJsonSeq::create(path, metadata, overwrite)?),
+        Format::CityJson => Box::new(cityjson::CityJson::create(path, metadata, overwrite, scratch)?),
+        Format::CityJsonSeq => Box::new(cityjsonseq::CityJsonSeq::create(path, metadata, overwrite, scratch)?),
     })
 }

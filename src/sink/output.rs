@@ -13,12 +13,14 @@ pub(super) struct Output {
     file: BufWriter<NamedTempFile>,
     path: PathBuf,
     target: PathBuf,
+    scratch: PathBuf,
     overwrite: bool,
 }
 
 impl Output {
-    /// Opens a temporary file beside `path`, so that the rename stays within one file system.
-    pub(super) fn create(path: &Path, overwrite: bool) -> Result<Self> {
+    /// Opens a temporary file for `path` in the folder `scratch`; without one beside `path`. Both must be on one file
+    /// system for the rename.
+    pub(super) fn create(path: &Path, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
         // A link stays a link: what it points to is replaced.
         let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if target.is_dir() {
@@ -37,13 +39,15 @@ impl Output {
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
-        let file = builder.tempfile_in(folder(&target)).map_err(|e| Error::io(path, "create", e))?;
-        Ok(Self { file: BufWriter::with_capacity(1 << 18, file), path: path.to_path_buf(), target, overwrite })
+        let scratch = scratch.unwrap_or_else(|| folder(&target)).to_path_buf();
+        let file = builder.tempfile_in(&scratch).map_err(|e| Error::io(path, "create", e))?;
+        let file = BufWriter::with_capacity(1 << 18, file);
+        Ok(Self { file, path: path.to_path_buf(), target, scratch, overwrite })
     }
 
-    /// A nameless temporary file beside the target, for what must be written later.
+    /// A nameless temporary file, for what must be written later.
     pub(super) fn spill(&self) -> Result<BufWriter<File>> {
-        let file = tempfile::tempfile_in(folder(&self.target)).map_err(|e| self.fault("create a spill file for", e))?;
+        let file = tempfile::tempfile_in(&self.scratch).map_err(|e| self.fault("create a spill file for", e))?;
         Ok(BufWriter::with_capacity(1 << 18, file))
     }
 
@@ -64,7 +68,7 @@ impl Output {
 
     /// Writes over the first bytes, makes all of it durable, and gives the file its name; returns its size.
     pub(super) fn commit(self, head: &[u8]) -> Result<u64> {
-        let Self { file, path, target, overwrite } = self;
+        let Self { file, path, target, overwrite, .. } = self;
         let close = || -> io::Result<(NamedTempFile, u64)> {
             let mut file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
             file.seek(SeekFrom::Start(0))?;
@@ -95,6 +99,16 @@ impl Output {
     pub(super) fn fault(&self, action: &'static str, source: io::Error) -> Error {
         Error::io(&self.path, action, source)
     }
+}
+
+/// Writes a whole file at once: it appears under its name when it is complete, in the place of one that is there.
+///
+/// # Errors
+/// A folder stands in its place, or the system refuses.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut output = Output::create(path, true, None)?;
+    output.write(bytes)?;
+    output.commit(&[]).map(drop)
 }
 
 /// The folder of a file.

@@ -173,6 +173,45 @@ pub fn line() -> Value {
     json!({"type": "LineString", "coordinates": [CORNER, [CORNER[0] + 5.0, CORNER[1]]]})
 }
 
+/// The folder of shared data that is not part of the repository; `None`, and a line that says so, where it is not there.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
+    if !path.exists() {
+        println!("skipped: shared data not found");
+        return None;
+    }
+    Some(path)
+}
+
+/// A folder with a made-up house of building class 6, `house.laz`, and its footprint 007, `footprints.geojson`.
+pub fn house_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_house(&folder.path().join("house.laz"), None, 6);
+    write_footprints(&folder.path().join("footprints.geojson"), &[("007", rectangle(0.0, 0.0, 10.0, 8.0))]);
+    folder
+}
+
+/// Reconstructs these files of a folder, blanks part their names, to `out.city.json` in it.
+pub fn run_in(folder: &Path, tiles: &str, footprints: &str, rest: &str) -> Run {
+    let tiles: Vec<PathBuf> = tiles.split_whitespace().map(|tile| folder.join(tile)).collect();
+    let tiles: Vec<&Path> = tiles.iter().map(PathBuf::as_path).collect();
+    reconstruct(&tiles, &folder.join(footprints), &folder.join("out.city.json"), &format!("--crs EPSG:7415 {rest}"))
+}
+
+/// Asserts that a command ended with this exit code and said these things on standard error.
+pub fn assert_ends(run: &Run, code: i32, says: &[&str]) {
+    assert_eq!(run.code, code, "{}{}", run.out, run.err);
+    assert_says(&run.err, says);
+}
+
+/// The names of all that is in a folder, sorted.
+pub fn names_in(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 /// Asserts that `text` contains each of `parts`.
 pub fn assert_says(text: &str, parts: &[&str]) {
     for part in parts {

@@ -104,7 +104,7 @@ fn a_crs_in_degrees_is_refused() {
 fn a_crs_that_is_none_is_refused() {
     let run = with_tiles(&[None], "--crs EPSG:nonsense");
     assert_eq!(run.code, 1, "{}", run.err);
-    assert_says(&run.err, &["EPSG:nonsense"]);
+    assert_says(&run.err, &["--crs: found `EPSG:nonsense`", "such as EPSG:7415"]);
 }
 
 #[test]

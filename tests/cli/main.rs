@@ -2,9 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
+mod bad_input_footprints;
+mod bad_input_noise;
+mod bad_input_options;
+mod bad_input_output;
+mod bad_input_points;
 mod bench;
 mod errors;
 mod evaluate;
 mod info;
 mod neighbourhoods;
 mod reconstruct;
+mod resume;

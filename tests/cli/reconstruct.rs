@@ -237,12 +237,15 @@ fn a_damaged_tile_costs_no_more_than_itself() {
     let footprints = folder.path().join("footprints.geojson");
     let out = folder.path().join("out.city.json");
     let run = reconstruct(&[&bad, &good], &footprints, &out, "--crs EPSG:7415");
-    assert_eq!(run.code, 0, "{}{}", run.out, run.err);
+    assert_eq!(run.code, 2, "the other tiles are used, but not all is well: {}{}", run.out, run.err);
     assert_says(&run.err, &["warning: ", "bad.laz"]);
+    assert_says(&run.out, &["tiles that could not be read or not wholly: 1 of 2\n"]);
     let report = report_of(&out);
     let problems: Vec<_> =
         report["inputs"]["tiles"].as_array().unwrap().iter().map(|t| t["problems"].as_array().unwrap().len()).collect();
     assert_eq!(problems.iter().sum::<usize>(), 1);
+    assert_eq!((&report["exit_code"], &report["inputs"]["tiles"][0]["left_out"]), (&2.into(), &true.into()));
+    assert_eq!(report["buildings"][0]["outcome"], "lod22");
 }
 
 #[cfg(unix)]
@@ -275,4 +278,12 @@ fn an_interrupt_keeps_what_is_done() {
     let model = json_of(&out);
     let objects = model["CityObjects"].as_object().unwrap();
     assert_eq!(objects.values().filter(|o| o["type"] == "Building").count() as u64, written);
+    if written < 71 {
+        let resumed = delft(&out, "--resume --quiet");
+        assert_eq!(resumed.code, 0, "{}", resumed.err);
+        assert_eq!(report_of(&out)["counts"]["resumed"], written);
+        let whole = folder.path().join("whole.city.json");
+        assert_eq!(delft(&whole, "--quiet").code, 0);
+        assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap());
+    }
 }

@@ -79,6 +79,8 @@ impl Crs {
     pub fn parse(text: &str) -> Result<Self, InputError> {
         definition::parse(text).map_err(|reason| {
             let shown: String = text.trim().chars().take(80).collect();
+            // What PROJ says of an authority or a code that it does not have.
+            let reason = if reason.contains("Unknown error") { "PROJ knows no such system".to_owned() } else { reason };
             InputError::new(
                 "coordinate reference system",
                 format!("`{shown}`: {reason}"),

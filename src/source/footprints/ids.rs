@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::{FootprintOptions, attribute};
+use super::{FootprintOptions, attribute, names};
 use crate::error::{InputError, Result};
 
 /// Attributes that hold ids in the data of mapping agencies and in common exports, best first.
@@ -130,7 +130,7 @@ fn named(wanted: &str, columns: &[String], path: &Path) -> Result<String> {
         Some(column) => Ok(column.clone()),
         None => Err(InputError::new(path, format!("no attribute `{wanted}`"), "an attribute that holds the id")
             .at("its attributes")
-            .remedy(format!("There are: {}", columns.join(", ")))
+            .remedy(names::remedy(wanted, columns.iter().map(String::as_str)))
             .into()),
     }
 }

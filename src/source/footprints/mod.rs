@@ -11,6 +11,7 @@ mod flatgeobuf;
 mod format;
 mod geojson;
 mod ids;
+mod names;
 mod outline;
 mod shapefile;
 mod sqlite;
@@ -136,9 +137,8 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
     if let Some(wanted) = &options.layer
         && ![info.layer.clone(), format::stem(&path)].iter().any(|name| name.eq_ignore_ascii_case(wanted))
     {
-        return Err(
-            InputError::new(&path, format!("the only layer `{}`", info.layer), format!("a layer `{wanted}`")).into()
-        );
+        let fault = InputError::new(&path, format!("no layer `{wanted}`"), "a layer of the file");
+        return Err(fault.remedy(names::remedy(wanted, std::iter::once(info.layer.as_str()))).into());
     }
     if let Some(filter) = filter.as_ref().filter(|_| !columns.names.is_empty()) {
         filter.check(&columns.names, &path)?;
@@ -181,6 +181,25 @@ impl FootprintLayer {
                 (a.max().x.max(b.max().x), a.max().y.max(b.max().y)),
             )
         })
+    }
+
+    /// Rejects the footprints that are larger than any building: one vertex gone astray would cost more memory than there
+    /// is. `crs` is that of the layer, which must not be in degrees.
+    pub fn reject_giants(&mut self, crs: &Crs) {
+        for footprint in std::mem::take(&mut self.footprints) {
+            let extent = footprint.polygon.bounding_rect().map_or(0.0, |rect| {
+                (rect.width() * crs.metres_per_unit[0]).max(rect.height() * crs.metres_per_unit[1])
+            });
+            if extent <= LARGEST_BUILDING {
+                self.footprints.push(footprint);
+                continue;
+            }
+            let reason = format!("it extends over {extent:.0} m, more than {LARGEST_BUILDING} m");
+            let index = self.numbers.get(&footprint.id).copied().unwrap_or_default();
+            let Footprint { id, attributes, .. } = footprint;
+            self.rejected.push(Rejected { index, id, attributes, reason });
+        }
+        self.rejected.sort_by_key(|rejected| rejected.index);
     }
 
     /// Takes all footprints to another CRS, vertex by vertex; what is no longer valid afterwards is repaired or
@@ -233,6 +252,9 @@ impl FootprintLayer {
         Ok(transformer.warning().map(str::to_string).into_iter().collect())
     }
 }
+
+/// The largest extent of a building in metres. What is larger has a corner in the wrong place, or is no building.
+const LARGEST_BUILDING: f64 = 5000.0;
 
 /// The names of attributes in the order in which they first occur.
 #[derive(Default)]

@@ -15,6 +15,8 @@ mod tests;
 
 /// The largest ring that is checked; the check takes time with the square of it.
 const LARGEST_RING: usize = 20_000;
+/// No coordinate of any CRS of the Earth, in any of its units, is larger.
+const LARGEST_COORDINATE: f64 = 1e9;
 /// Repairs snap vertices that lie within 1e-4 units of each other. Outlines are scaled up to this size first, so that
 /// this is small against them in any unit, degrees too.
 const REPAIR_SIZE: f64 = 64.0;
@@ -93,6 +95,9 @@ impl Tidied {
     fn ring(&mut self, mut ring: Ring) -> Result<Option<LineString<f64>>, String> {
         if ring.iter().any(|c| !c.x.is_finite() || !c.y.is_finite()) {
             return Err("a coordinate is not finite".into());
+        }
+        if let Some(far) = ring.iter().flat_map(|c| [c.x, c.y]).find(|value| value.abs() > LARGEST_COORDINATE) {
+            return Err(format!("a coordinate of {far:e} lies on no map"));
         }
         if ring.len() > LARGEST_RING {
             return Err(format!("a ring has {} vertices, more than {LARGEST_RING}", ring.len()));

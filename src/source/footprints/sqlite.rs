@@ -7,7 +7,7 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row};
 use serde_json::{Map, Number, Value};
 
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file, wkb};
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file, names, wkb};
 use crate::error::{InputError, Result};
 use crate::source::crs::Crs;
 
@@ -133,13 +133,13 @@ fn layers(connection: &Connection, is_geopackage: bool) -> rusqlite::Result<Vec<
 
 /// The layer asked for; else the only one; else the only one that can hold polygons.
 fn choose<'a>(path: &Path, layers: &'a [Layer], options: &FootprintOptions) -> Result<&'a Layer> {
-    let names = || layers.iter().map(|layer| layer.table.as_str()).collect::<Vec<_>>().join(", ");
+    let all = || layers.iter().map(|layer| layer.table.as_str()).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = &options.layer {
         let exact = layers.iter().find(|layer| layer.table == *wanted);
         return exact.or_else(|| layers.iter().find(|layer| layer.table.eq_ignore_ascii_case(wanted))).ok_or_else(
             || {
                 InputError::new(path, format!("no layer `{wanted}`"), "a layer of the file")
-                    .remedy(format!("There are: {}", names()))
+                    .remedy(names::remedy(wanted, layers.iter().map(|layer| layer.table.as_str())))
                     .into()
             },
         );
@@ -148,11 +148,11 @@ fn choose<'a>(path: &Path, layers: &'a [Layer], options: &FootprintOptions) -> R
     match (candidates.next(), candidates.next()) {
         (Some(only), None) => Ok(only),
         (None, _) => Err(InputError::new(path, "no layer with polygons", "a layer with polygons")
-            .remedy(if layers.is_empty() { String::new() } else { format!("There are: {}", names()) })
+            .remedy(if layers.is_empty() { String::new() } else { format!("There are: {}", all()) })
             .into()),
         (Some(_), Some(_)) => {
             Err(InputError::new(path, format!("{} layers", layers.len()), "the name of the layer to read")
-                .remedy(format!("Name one of: {}", names()))
+                .remedy(format!("Name one of: {}", all()))
                 .into())
         }
     }

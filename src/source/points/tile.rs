@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// No coordinate of any CRS of the Earth, in any of its units, is larger.
 const LARGEST: f64 = 1e9;
+/// No height on the Earth, in any of its units, is larger.
+const HIGHEST: f64 = 1e5;
 /// How far outside the header's extent a point may lie before it is taken for damage, CRS units. Headers that are a
 /// little wrong are common; a coordinate from damaged data is off by hundreds of kilometres.
 const LEEWAY: f64 = 1000.0;
@@ -119,7 +121,8 @@ impl Tile {
                 let leeway = LEEWAY.max(extent.max[axis] - extent.min[axis]);
                 (extent.min[axis] - leeway, extent.max[axis] + leeway)
             });
-            stored_range(axes[axis], low, high)
+            let most = if axis == 2 { HIGHEST } else { LARGEST };
+            stored_range(axes[axis], low.max(-most), high.min(most))
         });
         Block::new(self.layout.record_len, self.header.point_format().is_extended, transforms, plausible)
     }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::attribute;
+use super::{attribute, names};
 use crate::error::{InputError, Result};
 
 /// A parsed filter.
@@ -77,7 +77,10 @@ impl Filter {
             None => Ok(()),
             Some(name) => Err(InputError::new(path, format!("no attribute `{name}`"), "attributes that features have")
                 .at(format!("filter `{}`", self.text))
-                .remedy(format!("There are: {} (text stands in 'single quotes')", columns.join(", ")))
+                .remedy(format!(
+                    "{} (text stands in 'single quotes')",
+                    names::remedy(name, columns.iter().map(String::as_str))
+                ))
                 .into()),
         }
     }
