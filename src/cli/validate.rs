@@ -1,0 +1,195 @@
+//! `gable validate`: is a city model valid.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Outcome;
+use super::output::{counted, print, say, table, thousands};
+use crate::audit::{Finding, Options, Report, audit};
+use crate::error::{Error, InputError, Result};
+use crate::validate::{Tolerances, codes};
+
+/// The exit code when all files were checked and something in them is invalid.
+const INVALID: u8 = 2;
+
+const EXAMPLES: &str = "\
+Examples:
+  Is a model valid?
+    gable validate city.city.json
+  Every fault with its place, and a report in the shape of val3dity's:
+    gable validate city.city.jsonl --list --json report.json
+  As lenient as val3dity is by default:
+    gable validate city.city.json --planarity 0.01
+
+Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
+make a file invalid unless --strict is given.
+
+Exit codes:
+  0  everything is valid
+  1  a file cannot be checked, or bad usage
+  2  something is invalid";
+
+/// What `gable validate` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+
+    /// Vertices nearer than this are one, metres; 0 leaves all as they are
+    #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().snap)]
+    snap: f64,
+
+    /// How far a vertex may be off the plane of its face, metres
+    #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().planarity)]
+    planarity: f64,
+
+    /// How far a part of a face may turn from its plane, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = Tolerances::default().normals)]
+    normals: f64,
+
+    /// How far the parts of a building, and solids of a CompositeSolid, may overlap, metres
+    #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
+    overlap: f64,
+
+    /// Faults of labels and attributes make a file invalid too
+    #[arg(long)]
+    strict: bool,
+
+    /// Print every fault with its place
+    #[arg(long)]
+    list: bool,
+
+    /// Write a report in the shape of val3dity's to this JSON file; a list of reports for several files
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Checks the files; one that cannot be checked is told on standard error, and the others are.
+///
+/// # Errors
+/// A tolerance is no length or angle, or the report cannot be written.
+pub fn main(args: &Args) -> Outcome {
+    let options = options(args)?;
+    let mut reports = Vec::new();
+    for path in &args.files {
+        let bar = bar(path);
+        let found = audit(path, &options, &mut |features, bytes| {
+            bar.inc(bytes);
+            bar.set_message(counted(features as u64, "feature"));
+        });
+        bar.finish_and_clear();
+        match found {
+            Ok(report) => {
+                print(&text(&report, args.list))?;
+                reports.push(report);
+            }
+            Err(error) => say(&format!("error: {error}")),
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &reports)?;
+    }
+    if reports.len() < args.files.len() {
+        return Ok(super::FAILURE);
+    }
+    let invalid = |report: &Report| !report.validity || (args.strict && !report.all_semantic_errors.is_empty());
+    Ok(if reports.iter().any(invalid) { INVALID } else { 0 })
+}
+
+fn options(args: &Args) -> Result<Options> {
+    let given = [
+        ("--snap", args.snap, 1.0),
+        ("--planarity", args.planarity, 1.0),
+        ("--normals", args.normals, 180.0),
+        ("--overlap", args.overlap, 1.0),
+    ];
+    for (name, value, most) in given {
+        if !(0.0..=most).contains(&value) {
+            return Err(InputError::new(name, value.to_string(), format!("a number from 0 to {most}")).into());
+        }
+    }
+    let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals };
+    Ok(Options { tolerances, overlap: args.overlap })
+}
+
+/// A bar over the bytes of a file, hidden when standard error is no terminal.
+fn bar(path: &Path) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let size = std::fs::metadata(path).map_or(0, |m| m.len());
+    let template = "validate {wide_bar} {msg}, {bytes} of {total_bytes}, {eta} left";
+    let bar = ProgressBar::new(size)
+        .with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// One report as it is; several as a list.
+fn write_json(path: &Path, reports: &[Report]) -> Result<()> {
+    let write = |e: std::io::Error| Error::io(path, "write", e);
+    let mut file = BufWriter::new(File::create(path).map_err(write)?);
+    match reports {
+        [one] => serde_json::to_writer_pretty(&mut file, one),
+        several => serde_json::to_writer_pretty(&mut file, several),
+    }
+    .map_err(|e| write(e.into()))?;
+    file.write_all(b"\n").and_then(|()| file.flush()).map_err(write)
+}
+
+/// A report for a person.
+fn text(report: &Report, list: bool) -> String {
+    let number = |n: usize| thousands(n as u64);
+    let verdict = if report.validity { "valid" } else { "INVALID" };
+    let crs = report.crs.as_deref().unwrap_or("no CRS, lengths are taken for metres");
+    let mut out = format!("{}: {verdict}\n  {}, {crs}", report.input_file, report.input_file_type);
+    if let Some([x, _, z]) = report.grid_step {
+        out += &format!(", checked on a grid of {}", if x == z { format!("{x} m") } else { format!("{x} × {z} m") });
+    }
+    out += "\n";
+    let mut rows = vec![["", "all", "valid"].map(str::to_owned).to_vec()];
+    for row in report.features_overview.iter().chain(&report.primitives_overview) {
+        rows.push(vec![row.kind.clone(), number(row.total), number(row.valid)]);
+    }
+    out += &table(&rows, "  ");
+    let findings = || report.features.iter().map(|f| (&f.errors, &f.semantic_errors));
+    let unread = std::iter::once(&report.dataset_errors);
+    out += &by_code("faults", unread.chain(findings().map(|(errors, _)| errors)));
+    out += &by_code("labels and attributes", findings().map(|(_, semantic)| semantic));
+    if list {
+        let all = report.features.iter().flat_map(|f| f.errors.iter().chain(&f.semantic_errors));
+        for finding in report.dataset_errors.iter().chain(all) {
+            out += &format!("  {} {} {}: {}\n", finding.code, finding.description, finding.id, finding.info);
+        }
+    }
+    out
+}
+
+/// The number of faults of each code, and of the features that have it.
+fn by_code<'a>(title: &str, findings: impl Iterator<Item = &'a Vec<Finding>>) -> String {
+    let mut counts: BTreeMap<u16, [u64; 2]> = BTreeMap::new();
+    for of_feature in findings {
+        let mut of_code: BTreeMap<u16, u64> = BTreeMap::new();
+        of_feature.iter().for_each(|finding| *of_code.entry(finding.code).or_default() += 1);
+        for (code, count) in of_code {
+            let [faults, features] = counts.entry(code).or_default();
+            *faults += count;
+            *features += 1;
+        }
+    }
+    if counts.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![[title, "faults", "features"].map(str::to_owned).to_vec()];
+    rows.extend(counts.iter().map(|(&code, [faults, features])| {
+        vec![format!("{code} {}", codes::name(code)), thousands(*faults), thousands(*features)]
+    }));
+    table(&rows, "  ")
+}
