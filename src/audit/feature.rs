@@ -178,7 +178,8 @@ fn finding(fault: &Fault, shell: &str, names: &[u32]) -> Finding {
             Finding::new(fault.code, format!("{shell}|face={face}"), format!("ring {ring}: {}", fault.message))
         }
         Place::Edge(a, b) => {
-            Finding::new(fault.code, shell, format!("edge {}-{}: {}", name(a), name(b), fault.message))
+            let (a, b) = (name(a).min(name(b)), name(a).max(name(b)));
+            Finding::new(fault.code, shell, format!("edge {a}-{b}: {}", fault.message))
         }
         Place::Vertex(v) => Finding::new(fault.code, shell, format!("vertex {}: {}", name(v), fault.message)),
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -79,12 +79,9 @@ pub fn main(args: &Args) -> Outcome {
     let options = options(args)?;
     let mut reports = Vec::new();
     for path in &args.files {
-        let bar = bar(path);
-        let found = audit(path, &options, &mut |features, bytes| {
-            bar.inc(bytes);
-            bar.set_message(counted(features as u64, "feature"));
-        });
-        bar.finish_and_clear();
+        let mut progress = Progress::new(path);
+        let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
+        drop(progress);
         match found {
             Ok(report) => {
                 print(&text(&report, args.list))?;
@@ -119,17 +116,52 @@ fn options(args: &Args) -> Result<Options> {
     Ok(Options { tolerances, overlap: args.overlap })
 }
 
-/// A bar over the bytes of a file, hidden when standard error is no terminal.
-fn bar(path: &Path) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
+/// How often a plain line says how far it is.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
+
+/// How far a file has been read: a bar on a terminal, a plain line now and then otherwise.
+struct Progress {
+    bar: Option<ProgressBar>,
+    size: u64,
+    read: u64,
+    last_line: Instant,
+}
+
+impl Progress {
+    fn new(path: &Path) -> Self {
+        let size = std::fs::metadata(path).map_or(0, |m| m.len());
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let template = "validate {wide_bar} {msg}, {bytes} of {total_bytes}, {eta} left";
+            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::new(size).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        Self { bar, size, read: 0, last_line: Instant::now() }
     }
-    let size = std::fs::metadata(path).map_or(0, |m| m.len());
-    let template = "validate {wide_bar} {msg}, {bytes} of {total_bytes}, {eta} left";
-    let bar = ProgressBar::new(size)
-        .with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
+
+    fn advance(&mut self, features: usize, bytes: u64) {
+        self.read += bytes;
+        let features = counted(features as u64, "feature");
+        if let Some(bar) = &self.bar {
+            bar.inc(bytes);
+            bar.set_message(features);
+        } else if self.last_line.elapsed() >= PLAIN_INTERVAL {
+            self.last_line = Instant::now();
+            say(&format!(
+                "validate: {features}, {:.0} % of the file",
+                100.0 * self.read as f64 / self.size.max(1) as f64
+            ));
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
 }
 
 /// One report as it is; several as a list.

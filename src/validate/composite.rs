@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::overlap::overlap;
+use super::overlap::{near, overlap};
 use super::triangles::{Triangle, triangles_of};
 use super::voids::same;
 use super::{Fault, Place};
@@ -74,6 +74,9 @@ fn is_same(a: &[Solid], b: &[Solid]) -> bool {
 
 /// Whether two solids have faces that lie on each other, within the tolerance, over an area wider than it.
 fn touch(a: &[Solid], b: &[Solid], tolerance: f64) -> bool {
+    if !near(a, b, tolerance) {
+        return false;
+    }
     let [ours, theirs] = [a, b].map(|shells| shells.iter().flat_map(flat).collect::<Vec<_>>());
     ours.iter().any(|a| theirs.iter().any(|b| faces_touch(a, b, tolerance)))
 }

@@ -82,6 +82,12 @@ pub(super) fn overlap(a: &[Solid], b: &[Solid], tolerance: f64) -> Option<Overla
     deepest.map(|found| Overlap { at: std::array::from_fn(|i| found.at[i] + origin[i]), ..found })
 }
 
+/// Whether the boxes of two solids are no farther apart than the tolerance.
+pub(super) fn near(a: &[Solid], b: &[Solid], tolerance: f64) -> bool {
+    let (Some(a), Some(b)) = (bounds(a), bounds(b)) else { return false };
+    (0..3).all(|i| a[i][0].max(b[i][0]) - a[i][1].min(b[i][1]) <= tolerance)
+}
+
 fn bounds(shells: &[Solid]) -> Option<Bounds> {
     let exterior = shells.first()?;
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];

@@ -41,7 +41,9 @@ fn half_edges(solid: &Solid) -> Vec<Half> {
     for (face, rings) in solid.faces.iter().enumerate() {
         for ring in &rings.rings {
             let named = |(a, b): (u32, u32)| (name[a as usize], name[b as usize]);
-            halves.extend(edges(ring).map(named).map(|(from, to)| Half { from, to, face: face as u32 }));
+            // A repeated vertex is a fault of the ring (102) and opens nothing.
+            let apart = edges(ring).map(named).filter(|(from, to)| from != to);
+            halves.extend(apart.map(|(from, to)| Half { from, to, face: face as u32 }));
         }
     }
     halves

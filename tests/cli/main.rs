@@ -7,3 +7,4 @@ mod errors;
 mod evaluate;
 mod info;
 mod reconstruct;
+mod validate;
