@@ -81,16 +81,15 @@ impl Grid {
             for ring in &face.rings {
                 let mut on_grid = Vec::with_capacity(ring.len());
                 for &vertex in ring {
-                    let local = match index.get(&vertex) {
-                        Some(&local) => local,
-                        None => {
-                            let place = weld.place(self.place(model, vertex)?);
-                            let local = solid.vertices.len() as u32;
-                            solid.vertices.push(place);
-                            names.push(vertex);
-                            index.insert(vertex, local);
-                            local
-                        }
+                    let local = if let Some(&local) = index.get(&vertex) {
+                        local
+                    } else {
+                        let place = weld.place(self.place(model, vertex)?);
+                        let local = solid.vertices.len() as u32;
+                        solid.vertices.push(place);
+                        names.push(vertex);
+                        index.insert(vertex, local);
+                        local
                     };
                     on_grid.push(local);
                 }

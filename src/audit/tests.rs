@@ -40,7 +40,7 @@ fn report_of(path: &Path) -> Report {
 fn findings(file: &tempfile::NamedTempFile) -> [Vec<(u16, String)>; 2] {
     let report = report_of(file.path());
     let pick = |pick: fn(&Feature) -> &Vec<Finding>| {
-        report.features.iter().flat_map(|f| pick(f)).map(|f| (f.code, f.id.clone())).collect()
+        report.features.iter().flat_map(pick).map(|f| (f.code, f.id.clone())).collect()
     };
     [pick(|f| &f.errors), pick(|f| &f.semantic_errors)]
 }

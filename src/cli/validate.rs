@@ -54,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "DEGREES", default_value_t = Tolerances::default().normals)]
     normals: f64,
 
-    /// How far the parts of a building, and solids of a CompositeSolid, may overlap, metres
+    /// How far the parts of a building, and solids that form one, may overlap, metres
     #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
     overlap: f64,
 
@@ -181,11 +181,12 @@ fn text(report: &Report, list: bool) -> String {
     let number = |n: usize| thousands(n as u64);
     let verdict = if report.validity { "valid" } else { "INVALID" };
     let crs = report.crs.as_deref().unwrap_or("no CRS, lengths are taken for metres");
-    let mut out = format!("{}: {verdict}\n  {}, {crs}", report.input_file, report.input_file_type);
-    if let Some([x, _, z]) = report.grid_step {
-        out += &format!(", checked on a grid of {}", if x == z { format!("{x} m") } else { format!("{x} × {z} m") });
-    }
-    out += "\n";
+    let grid = match report.grid_step {
+        None => String::new(),
+        Some([x, _, z]) if x == z => format!(", checked on a grid of {x} m"),
+        Some([x, _, z]) => format!(", checked on a grid of {x} m, upwards {z} m"),
+    };
+    let mut out = format!("{}: {verdict}\n  {}, {crs}{grid}\n", report.input_file, report.input_file_type);
     let mut rows = vec![["", "all", "valid"].map(str::to_owned).to_vec()];
     for row in report.features_overview.iter().chain(&report.primitives_overview) {
         rows.push(vec![row.kind.clone(), number(row.total), number(row.valid)]);
@@ -198,7 +199,8 @@ fn text(report: &Report, list: bool) -> String {
     if list {
         let all = report.features.iter().flat_map(|f| f.errors.iter().chain(&f.semantic_errors));
         for finding in report.dataset_errors.iter().chain(all) {
-            out += &format!("  {} {} {}: {}\n", finding.code, finding.description, finding.id, finding.info);
+            let Finding { code, description, id, info } = finding;
+            out.extend(["  ", &code.to_string(), " ", description, " ", id, ": ", info, "\n"]);
         }
     }
     out
@@ -209,7 +211,9 @@ fn by_code<'a>(title: &str, findings: impl Iterator<Item = &'a Vec<Finding>>) ->
     let mut counts: BTreeMap<u16, [u64; 2]> = BTreeMap::new();
     for of_feature in findings {
         let mut of_code: BTreeMap<u16, u64> = BTreeMap::new();
-        of_feature.iter().for_each(|finding| *of_code.entry(finding.code).or_default() += 1);
+        for finding in of_feature {
+            *of_code.entry(finding.code).or_default() += 1;
+        }
         for (code, count) in of_code {
             let [faults, features] = counts.entry(code).or_default();
             *faults += count;

@@ -56,27 +56,46 @@ fn pair(halves: &[Half], closed: bool, faults: &mut Vec<Fault>) {
         halves.iter().enumerate().map(|(i, h)| (h.from.min(h.to), h.from.max(h.to), i)).collect();
     order.sort_unstable();
     for edge in order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let (a, b, first) = edge[0];
+        let (a, b, _) = edge[0];
         let place = Place::Edge(a, b);
-        match edge {
+        let mut uses: Vec<&Half> = edge.iter().map(|&(.., i)| &halves[i]).collect();
+        if uses.len() > 2 {
+            cancel(&mut uses);
+        }
+        match uses[..] {
+            [] => {}
             [_] if !closed => {}
-            [_] => {
-                let face = halves[first].face;
+            [half] => {
+                let face = half.face;
                 faults.push(Fault::new(302, place, format!("the shell is open: only face {face} has the edge")));
             }
-            [_, (.., second)] => {
-                if halves[first].from == halves[*second].from {
-                    let faces = (halves[first].face, halves[*second].face);
-                    let message = format!("faces {} and {} turn different ways", faces.0, faces.1);
+            [one, other] => {
+                if one.from == other.from {
+                    let message = format!("faces {} and {} turn different ways", one.face, other.face);
                     faults.push(Fault::new(307, place, message));
                 }
             }
-            _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", edge.len()))),
+            _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", uses.len()))),
         }
     }
 }
 
-/// Number of sets of faces that hang together by shared vertices.
+/// Takes away pairs with which a face goes along an edge and back: it is collapsed there (a fault of the ring) and neither
+/// opens nor joins anything.
+fn cancel(uses: &mut Vec<&Half>) {
+    let mut i = 0;
+    while i < uses.len() {
+        let back = |other: &&Half| other.face == uses[i].face && other.from != uses[i].from;
+        if let Some(j) = uses.iter().position(back) {
+            uses.remove(i.max(j));
+            uses.remove(i.min(j));
+        } else {
+            i += 1;
+        }
+    }
+}
+
+/// Number of sets of faces that hang together by shared vertices; faces that collapsed to a point are nowhere.
 fn components(solid: &Solid, halves: &[Half]) -> usize {
     let mut set: Vec<usize> = (0..solid.faces.len()).collect();
     let mut at: Vec<Option<usize>> = vec![None; solid.vertices.len()];
@@ -90,7 +109,11 @@ fn components(solid: &Solid, halves: &[Half]) -> usize {
             }
         }
     }
-    (0..set.len()).filter(|&i| set[i] == i).count()
+    let mut somewhere = vec![false; set.len()];
+    for half in halves {
+        somewhere[half.face as usize] = true;
+    }
+    (0..set.len()).filter(|&i| set[i] == i && somewhere[i]).count()
 }
 
 /// The faults of a shell of sound polygons as a point set: 303 where more than one fan of faces meets at a vertex, 306

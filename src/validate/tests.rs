@@ -245,6 +245,13 @@ fn a_repeated_vertex_opens_no_shell() {
     twice.vertices.push(twice.vertices[0]);
     twice.faces[0].rings[0] = vec![3, 2, 1, 0, 8];
     assert_eq!(codes(&twice), [102]);
+    // A wall of no width between two others, along an edge and back.
+    let mut collapsed = cube();
+    collapsed.vertices.push(collapsed.vertices[0]);
+    collapsed.faces.push(Face { rings: vec![vec![0, 8, 4]], surface: 0 });
+    assert_eq!(codes(&collapsed), [102]);
+    collapsed.faces[6].rings[0] = vec![0, 8, 0];
+    assert_eq!(codes(&collapsed), [102]);
 }
 
 #[test]

@@ -265,7 +265,9 @@ impl Features {
             return Err(self.refusal(place, "no \"vertices\"", "a list of that name"));
         };
         if let Some(transform) = self.head.transform {
-            vertices.iter_mut().for_each(|vertex| *vertex = transform.apply(*vertex));
+            for vertex in &mut vertices {
+                *vertex = transform.apply(*vertex);
+            }
         }
         let n = vertices.len();
         for object in &objects.0 {
