@@ -17,10 +17,12 @@
 //! - [`sink`] writes models, one file per format.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
 //! - [`evaluate`] measures how good a model is.
+//! - [`audit`] validates city model files, from anyone.
 //!
 //! A lower floor never imports a higher one: `cli → run → {source, segment, sink} → reconstruct → {solid, site} →
 //! geometry`.
 
+pub mod audit;
 pub mod building;
 pub mod cli;
 pub mod error;

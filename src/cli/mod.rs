@@ -14,6 +14,7 @@ mod output;
 mod progress;
 mod reconstruct;
 mod summary;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,8 @@ Examples:
     gable reconstruct tiles/*.laz --footprints footprints.gpkg -o city.city.json
   How well does it fit the points?
     gable evaluate city.city.json --points tiles/*.laz
+  Is it valid, or any other city model?
+    gable validate city.city.json
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -62,6 +65,8 @@ enum Command {
     Info(info::Args),
     /// Measure a city model: its faces and faults, its distance to points and to a reference model
     Evaluate(evaluate::Args),
+    /// Check whether city models are valid, fault by fault
+    Validate(validate::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -79,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Reconstruct(args) => reconstruct::main(*args),
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
+        Command::Validate(args) => validate::main(&args),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

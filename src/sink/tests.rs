@@ -259,6 +259,7 @@ fn attributes_say_what_came_of_a_building() {
         "gable_height_ground": -1.0, "gable_height_roof_min": 2.0, "gable_height_roof_50p": 3.0,
         "gable_height_roof_70p": 3.4, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
         "gable_volume_lod12": 211.2, "gable_validity_lod12": [], "gable_validity_lod22": [],
+        "gable_point_cloud_source": "AHN3",
         "gable_points": 400, "gable_point_density": 8.333, "gable_no_data_share": 0.0, "gable_coverage": 1.0,
         "gable_ground_source": "ground-points", "gable_ground_spread": 0.012, "gable_primitives": 0,
         "gable_notes": [

@@ -1,26 +1,37 @@
 //! Whether a solid may be written: an exact check on the integer coordinates that are written, level by level, in the
-//! vocabulary of val3dity (codes 101 to 405), which users know.
+//! vocabulary of val3dity (codes 101 to 601), which users know.
 //!
 //! - [`ring`]: 101, 102, 104 — each closed line of vertices by itself;
 //! - [`polygon`]: 201 to 208 — the rings of a face together;
 //! - [`shell`]: 301 to 307 — the faces together;
-//! - [`solid`]: 405 — the shell as a boundary.
+//! - [`solid`]: 401 to 405 — the shells of a solid together;
+//! - [`composite`]: 501 to 503 and 601 — solids together;
+//! - [`semantics`]: 801 to 808 — whether the labels of the faces say what the faces are. These codes are gable's own.
 //!
 //! Topology is decided by the signs of integer determinants in `i128`, exact for coordinates below 2⁴⁰ grid steps;
 //! only the distances and angles that are compared with a [tolerance](Tolerances) are in floating point. Unlike val3dity,
 //! which stops at the first level that fails, every level is checked whose terms still make sense: a polygon with a
 //! faulty ring is not checked as a polygon, and pinched vertices and self-intersections of a shell are looked for only
 //! when all its polygons are sound.
+//!
+//! One walk over the levels ([`visit`]) answers three questions: [`is_valid`] and [`first_fault`] stop it at the first
+//! fault, [`check`] takes them all.
 
+pub mod codes;
+pub mod composite;
+mod overlap;
 pub mod polygon;
 mod predicates;
 pub mod ring;
+pub mod semantics;
 pub mod shell;
 pub mod solid;
 mod triangles;
 mod triangulation;
+mod voids;
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use crate::solid::Solid;
 
@@ -92,33 +103,78 @@ impl fmt::Display for Fault {
     }
 }
 
+/// What a set of faces claims to be, and so which levels it is checked on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Claim {
+    /// Faces that need not hang together (`MultiSurface`): rings and polygons.
+    Faces,
+    /// One surface that may have a border (`CompositeSurface`): also 303, 305, 306 and 307.
+    Surface,
+    /// The exterior shell of a solid, looking outwards: all of a shell.
+    Exterior,
+    /// The shell around a void, looking into the void.
+    Void,
+}
+
 /// All faults of a solid, in the order of the levels; none if it is valid.
 pub fn check(solid: &Solid, tolerances: &Tolerances) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let known = solid.vertices.len() as u32;
-    for (f, face) in solid.faces.iter().enumerate() {
+    let _ = visit(solid, Claim::Exterior, tolerances, &mut |fault| {
+        faults.push(fault);
+        ControlFlow::Continue(())
+    });
+    faults
+}
+
+/// The first fault of a solid; nothing behind it is looked at.
+pub fn first_fault(solid: &Solid, tolerances: &Tolerances) -> Option<Fault> {
+    let mut first = None;
+    let _ = visit(solid, Claim::Exterior, tolerances, &mut |fault| {
+        first = Some(fault);
+        ControlFlow::Break(())
+    });
+    first
+}
+
+/// Whether a solid has no fault.
+pub fn is_valid(solid: &Solid, tolerances: &Tolerances) -> bool {
+    first_fault(solid, tolerances).is_none()
+}
+
+/// What is shown each fault as it is found, and says whether to go on.
+pub type Visitor<'a> = dyn FnMut(Fault) -> ControlFlow<()> + 'a;
+
+/// Walks over the levels of the faces of a solid and shows each fault to the visitor, until it has seen enough.
+pub fn visit(faces: &Solid, claim: Claim, tolerances: &Tolerances, visitor: &mut Visitor) -> ControlFlow<()> {
+    let known = faces.vertices.len() as u32;
+    for (f, face) in faces.faces.iter().enumerate() {
         if face.rings.is_empty() || face.rings.iter().flatten().any(|&v| v >= known) {
             let message = "a face without rings, or one that refers to a vertex that does not exist";
-            return vec![Fault::new(101, Place::Face(f as u32), message)];
+            return visitor(Fault::new(101, Place::Face(f as u32), message));
         }
     }
     let mut sound = true;
-    for (f, face) in solid.faces.iter().enumerate() {
-        let found = ring::check(solid, f as u32, face, tolerances);
-        let found = if found.is_empty() { polygon::check(solid, f as u32, face, tolerances) } else { found };
+    for (f, face) in faces.faces.iter().enumerate() {
+        let found = ring::check(faces, f as u32, face, tolerances);
+        let found = if found.is_empty() { polygon::check(faces, f as u32, face, tolerances) } else { found };
         sound &= found.is_empty();
-        faults.extend(found);
+        found.into_iter().try_for_each(&mut *visitor)?;
     }
-    let topology = shell::check(solid);
+    if claim == Claim::Faces {
+        return ControlFlow::Continue(());
+    }
+    let topology = shell::check(faces, claim != Claim::Surface);
     let closed = topology.is_empty();
-    faults.extend(topology);
+    topology.into_iter().try_for_each(&mut *visitor)?;
     if sound {
-        faults.extend(shell::check_contacts(solid));
+        shell::check_contacts(faces).into_iter().try_for_each(&mut *visitor)?;
     }
-    if closed {
-        faults.extend(solid::check(solid));
+    match claim {
+        Claim::Exterior | Claim::Void if closed => {
+            solid::check(faces, claim == Claim::Exterior).into_iter().try_for_each(visitor)
+        }
+        _ => ControlFlow::Continue(()),
     }
-    faults
 }
 
 #[cfg(test)]

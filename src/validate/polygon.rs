@@ -150,19 +150,26 @@ fn splits(touches: &mut Vec<(Point2, usize)>, rings: usize) -> bool {
     false
 }
 
-/// Largest angle between a triangle of the face and its normal, degrees. A triangle no higher than the planarity
-/// tolerance is left out: its normal is the rounding of its vertices.
+/// Largest angle between a triangle of the face and the normal of the face that rounding does not explain, degrees.
+///
+/// A triangle no higher than the planarity tolerance is left out: its vertices may lie anyhow within it. Of the others,
+/// that much of the angle does not count which the rounding of the vertices to the grid can make: each is off by up to
+/// half a step along each axis, which is δ = ½ Σ stepᵢ |nᵢ| along the normal; the apex and the longest side, both off by
+/// δ in opposite directions, turn a triangle of height h by atan(2δ / h). On a grid of 1 mm that is 11° for a triangle
+/// 5 mm high.
 fn fold(solid: &Solid, face: &Face, planarity: f64) -> Option<f64> {
     let normal: Vector3<f64> = face.rings.iter().map(|ring| solid.newell(ring)).sum();
     let normal = normal.try_normalize(0.0)?;
+    let rounding: f64 = (0..3).map(|i| solid.step[i] * normal[i].abs()).sum();
     let mut largest = None;
     for triangle in triangulate(solid, face)? {
         let [a, b, c] = triangle.map(|v| solid.point(v));
         let turned = (b - a).cross(&(c - a));
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        if turned.norm() > longest * planarity {
-            let angle = turned.angle(&normal).to_degrees();
-            largest = Some(angle.max(largest.unwrap_or(0.0)));
+        let height = turned.norm() / longest;
+        if height > planarity {
+            let angle = turned.angle(&normal) - rounding.atan2(height);
+            largest = Some(angle.to_degrees().max(largest.unwrap_or(0.0)));
         }
     }
     largest

@@ -1,6 +1,6 @@
 //! Rings by themselves: codes 101, 102 and 104.
 
-use super::predicates::{Meeting, Projection, edges, meet, newell};
+use super::predicates::{Meeting, Point2, Projection, edges, meet, newell};
 use super::{Fault, Place, Tolerances};
 use crate::solid::{Face, Solid};
 
@@ -45,20 +45,47 @@ fn intersection(solid: &Solid, ring: &[u32], projection: Projection) -> Option<S
         return Some(COLLAPSED.into());
     }
     let edge = |i: usize| [points[i], points[(i + 1) % n]];
-    for i in 0..n {
-        for j in i + 1..n {
-            // Consecutive edges always touch, at the vertex between them; anything more is a spike.
-            let consecutive = j == i + 1 || (i == 0 && j == n - 1);
-            let faulty = match meet(edge(i), edge(j)) {
-                Meeting::Apart => false,
-                Meeting::Touch(_) => !consecutive,
-                Meeting::Cross | Meeting::Overlap => true,
-            };
-            if faulty {
-                let name = |i: usize| format!("{}-{}", ring[i], ring[(i + 1) % n]);
-                return Some(format!("edges {} and {} intersect", name(i), name(j)));
+    let faulty = |i: usize, j: usize| {
+        // Consecutive edges always touch, at the vertex between them; anything more is a spike.
+        let consecutive = j == i + 1 || (i == 0 && j == n - 1);
+        match meet(edge(i), edge(j)) {
+            Meeting::Apart => false,
+            Meeting::Touch(_) => !consecutive,
+            Meeting::Cross | Meeting::Overlap => true,
+        }
+    };
+    let pair = if n > SWEPT {
+        sweep(n, edge, faulty)
+    } else {
+        (0..n).find_map(|i| (i + 1..n).find(|&j| faulty(i, j)).map(|j| (i, j)))
+    };
+    let name = |i: usize| format!("{}-{}", ring[i], ring[(i + 1) % n]);
+    pair.map(|(i, j)| format!("edges {} and {} intersect", name(i), name(j)))
+}
+
+/// From so many edges on, a sweep is faster than all pairs.
+const SWEPT: usize = 64;
+
+/// The first faulty pair of edges, lower index first, by a sweep along x.
+fn sweep(
+    n: usize,
+    edge: impl Fn(usize) -> [Point2; 2],
+    faulty: impl Fn(usize, usize) -> bool,
+) -> Option<(usize, usize)> {
+    let ends = |i: usize| {
+        let [a, b] = edge(i);
+        (a[0].min(b[0]), a[0].max(b[0]))
+    };
+    let mut order: Vec<(i64, i64, usize)> = (0..n).map(|i| (ends(i).0, ends(i).1, i)).collect();
+    order.sort_unstable();
+    let mut first = None;
+    for (k, &(_, end, i)) in order.iter().enumerate() {
+        for &(.., j) in order[k + 1..].iter().take_while(|other| other.0 <= end) {
+            let pair = (i.min(j), i.max(j));
+            if first.is_none_or(|f| pair < f) && faulty(pair.0, pair.1) {
+                first = Some(pair);
             }
         }
     }
-    None
+    first
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rstar::{RTree, RTreeObject};
+
 use super::predicates::edges;
 use super::triangles::{Triangle, intersect};
 use super::triangulation::triangulate;
@@ -16,14 +18,15 @@ struct Half {
 }
 
 /// The faults of a shell as a set of half-edges: 301 fewer than four faces, 302 open, 303 a non-manifold edge, 305 several
-/// components, 307 neighbouring faces that turn different ways. Two vertices at the same place are the same.
-pub fn check(solid: &Solid) -> Vec<Fault> {
+/// components, 307 neighbouring faces that turn different ways. Two vertices at the same place are the same. A surface that
+/// need not be closed may have a border and any number of faces.
+pub fn check(solid: &Solid, closed: bool) -> Vec<Fault> {
     let mut faults = Vec::new();
-    if solid.faces.len() < 4 {
+    if closed && solid.faces.len() < 4 {
         faults.push(Fault::new(301, Place::Solid, format!("{} faces; a shell needs four", solid.faces.len())));
     }
     let halves = half_edges(solid);
-    pair(&halves, &mut faults);
+    pair(&halves, closed, &mut faults);
     let components = components(solid, &halves);
     if components > 1 {
         faults.push(Fault::new(305, Place::Solid, format!("{components} components; a shell is one")));
@@ -38,38 +41,61 @@ fn half_edges(solid: &Solid) -> Vec<Half> {
     for (face, rings) in solid.faces.iter().enumerate() {
         for ring in &rings.rings {
             let named = |(a, b): (u32, u32)| (name[a as usize], name[b as usize]);
-            halves.extend(edges(ring).map(named).map(|(from, to)| Half { from, to, face: face as u32 }));
+            // A repeated vertex is a fault of the ring (102) and opens nothing.
+            let apart = edges(ring).map(named).filter(|(from, to)| from != to);
+            halves.extend(apart.map(|(from, to)| Half { from, to, face: face as u32 }));
         }
     }
     halves
 }
 
-/// Whatever edge is not exactly one half-edge in each direction is a fault.
-fn pair(halves: &[Half], faults: &mut Vec<Fault>) {
+/// Whatever edge is not exactly one half-edge in each direction is a fault; those of a border are not where there may be
+/// one.
+fn pair(halves: &[Half], closed: bool, faults: &mut Vec<Fault>) {
     let mut order: Vec<(u32, u32, usize)> =
         halves.iter().enumerate().map(|(i, h)| (h.from.min(h.to), h.from.max(h.to), i)).collect();
     order.sort_unstable();
     for edge in order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let (a, b, first) = edge[0];
+        let (a, b, _) = edge[0];
         let place = Place::Edge(a, b);
-        match edge {
-            [_] => {
-                let face = halves[first].face;
+        let mut uses: Vec<&Half> = edge.iter().map(|&(.., i)| &halves[i]).collect();
+        if uses.len() > 2 {
+            cancel(&mut uses);
+        }
+        match uses[..] {
+            [] => {}
+            [_] if !closed => {}
+            [half] => {
+                let face = half.face;
                 faults.push(Fault::new(302, place, format!("the shell is open: only face {face} has the edge")));
             }
-            [_, (.., second)] => {
-                if halves[first].from == halves[*second].from {
-                    let faces = (halves[first].face, halves[*second].face);
-                    let message = format!("faces {} and {} turn different ways", faces.0, faces.1);
+            [one, other] => {
+                if one.from == other.from {
+                    let message = format!("faces {} and {} turn different ways", one.face, other.face);
                     faults.push(Fault::new(307, place, message));
                 }
             }
-            _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", edge.len()))),
+            _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", uses.len()))),
         }
     }
 }
 
-/// Number of sets of faces that hang together by shared vertices.
+/// Takes away pairs with which a face goes along an edge and back: it is collapsed there (a fault of the ring) and neither
+/// opens nor joins anything.
+fn cancel(uses: &mut Vec<&Half>) {
+    let mut i = 0;
+    while i < uses.len() {
+        let back = |other: &&Half| other.face == uses[i].face && other.from != uses[i].from;
+        if let Some(j) = uses.iter().position(back) {
+            uses.remove(i.max(j));
+            uses.remove(i.min(j));
+        } else {
+            i += 1;
+        }
+    }
+}
+
+/// Number of sets of faces that hang together by shared vertices; faces that collapsed to a point are nowhere.
 fn components(solid: &Solid, halves: &[Half]) -> usize {
     let mut set: Vec<usize> = (0..solid.faces.len()).collect();
     let mut at: Vec<Option<usize>> = vec![None; solid.vertices.len()];
@@ -83,7 +109,11 @@ fn components(solid: &Solid, halves: &[Half]) -> usize {
             }
         }
     }
-    (0..set.len()).filter(|&i| set[i] == i).count()
+    let mut somewhere = vec![false; set.len()];
+    for half in halves {
+        somewhere[half.face as usize] = true;
+    }
+    (0..set.len()).filter(|&i| set[i] == i && somewhere[i]).count()
 }
 
 /// The faults of a shell of sound polygons as a point set: 303 where more than one fan of faces meets at a vertex, 306
@@ -102,6 +132,19 @@ pub fn check_contacts(solid: &Solid) -> Vec<Fault> {
     if faults.is_empty() {
         fans(solid, &triangles, &mut faults);
     }
+    let mut pairs = if triangles.len() > SWEPT { by_tree(triangles) } else { by_sweep(triangles) };
+    pairs.sort_unstable();
+    pairs.dedup();
+    let message = |b: u32| format!("the face intersects face {b}");
+    faults.extend(pairs.into_iter().map(|(a, b)| Fault::new(306, Place::Face(a), message(b))));
+    faults
+}
+
+/// Up to so many triangles a sweep along x is faster than a tree of boxes; the result is the same.
+const SWEPT: usize = 256;
+
+/// The pairs of faces that intersect, lower index first, by a sweep along x.
+fn by_sweep(mut triangles: Vec<Triangle>) -> Vec<(u32, u32)> {
     triangles.sort_by_key(|t| (t.min[0], t.face));
     let mut pairs = Vec::new();
     for (i, a) in triangles.iter().enumerate() {
@@ -111,11 +154,17 @@ pub fn check_contacts(solid: &Solid) -> Vec<Fault> {
             }
         }
     }
-    pairs.sort_unstable();
-    pairs.dedup();
-    let message = |b: u32| format!("the face intersects face {b}");
-    faults.extend(pairs.into_iter().map(|(a, b)| Fault::new(306, Place::Face(a), message(b))));
-    faults
+    pairs
+}
+
+/// The same by a tree of bounding boxes.
+fn by_tree(triangles: Vec<Triangle>) -> Vec<(u32, u32)> {
+    let tree = RTree::bulk_load(triangles);
+    let meeting = |a: &Triangle| {
+        let found = tree.locate_in_envelope_intersecting(&RTreeObject::envelope(a));
+        found.filter(|b| a.face < b.face && intersect(a, b)).map(|b| (a.face, b.face)).collect::<Vec<_>>()
+    };
+    tree.iter().flat_map(meeting).collect()
 }
 
 /// The triangles at a vertex must hang together by the edges at the vertex.

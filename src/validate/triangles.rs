@@ -1,6 +1,9 @@
 //! Exact intersection of two triangles of a shell.
 
-use super::predicates::{Meeting, Point3, Projection, cross, meet, orient2, orient3, subtract};
+use rstar::{AABB, RTreeObject};
+
+use super::predicates::{Meeting, Point2, Point3, Projection, cross, meet, orient2, orient3, subtract};
+use super::triangulation::triangulate;
 use crate::solid::Solid;
 
 /// A triangle of a face.
@@ -11,6 +14,14 @@ pub(super) struct Triangle {
     /// Smallest and largest coordinates.
     pub(super) min: Point3,
     pub(super) max: Point3,
+}
+
+impl RTreeObject for Triangle {
+    type Envelope = AABB<Point3>;
+
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_corners(self.min, self.max)
+    }
 }
 
 impl Triangle {
@@ -33,7 +44,31 @@ impl Triangle {
         Some([self.corners[(at + 1) % 3], self.corners[(at + 2) % 3]])
     }
 
-    fn sides(&self) -> [[Point3; 2]; 3] {
+    /// The same in coordinates `by` times as fine.
+    pub(super) fn scaled(&self, by: i64) -> Self {
+        let scale = |p: Point3| p.map(|c| c * by);
+        Self { face: self.face, corners: self.corners.map(scale), min: scale(self.min), max: scale(self.max) }
+    }
+
+    /// Whether a point is on the closed triangle.
+    pub(super) fn holds(&self, p: Point3) -> bool {
+        let [a, b, c] = self.corners;
+        if (0..3).any(|i| p[i] < self.min[i] || p[i] > self.max[i]) || orient3(a, b, c, p) != 0 {
+            return false;
+        }
+        let Some(flat) = Projection::along(cross(subtract(b, a), subtract(c, a))) else { return false };
+        let [a, b, c, p] = [a, b, c, p].map(|v| flat.point(v));
+        orient2(a, b, p) >= 0 && orient2(b, c, p) >= 0 && orient2(c, a, p) >= 0
+    }
+
+    /// Whether the inside of a segment passes through the inside of the triangle.
+    pub(super) fn is_pierced_by(&self, [p, q]: [Point3; 2]) -> bool {
+        let [a, b, c] = self.corners;
+        let hands = || [orient3(p, q, a, b), orient3(p, q, b, c), orient3(p, q, c, a)];
+        orient3(a, b, c, p) * orient3(a, b, c, q) < 0 && matches!(hands(), [1, 1, 1] | [-1, -1, -1])
+    }
+
+    pub(super) fn sides(&self) -> [[Point3; 2]; 3] {
         let [a, b, c] = self.corners;
         [[a, b], [b, c], [c, a]]
     }
@@ -44,6 +79,29 @@ impl Triangle {
         let sides = other.corners.map(|p| orient3(a, b, c, p));
         sides == [1; 3] || sides == [-1; 3]
     }
+}
+
+/// The triangles of all faces of a solid whose polygons are sound.
+pub(super) fn triangles_of(solid: &Solid) -> Vec<Triangle> {
+    let faces = solid.faces.iter().zip(0..).filter_map(|(face, f)| Some((f, triangulate(solid, face)?)));
+    faces.flat_map(|(f, found)| found.into_iter().map(move |t| Triangle::new(solid, f, t))).collect()
+}
+
+/// Whether two triangles in one plane overlap by an area: no side of either has all of the other beyond it.
+pub(super) fn share_area(a: &Triangle, b: &Triangle) -> bool {
+    let [p, q, r] = a.corners;
+    if b.corners.iter().any(|&c| orient3(p, q, r, c) != 0) {
+        return false;
+    }
+    let Some(flat) = Projection::along(cross(subtract(q, p), subtract(r, p))) else { return false };
+    let a = a.corners.map(|v| flat.point(v));
+    let mut b = b.corners.map(|v| flat.point(v));
+    if orient2(b[0], b[1], b[2]) < 0 {
+        b.reverse();
+    }
+    let parted =
+        |a: [Point2; 3], b: [Point2; 3]| (0..3).any(|i| b.iter().all(|&p| orient2(a[i], a[(i + 1) % 3], p) <= 0));
+    !parted(a, b) && !parted(b, a)
 }
 
 /// Whether two triangles have points in common other than corners or the side that they share.

@@ -1,5 +1,7 @@
 //! Constrained Delaunay triangulation of a face.
 
+use std::collections::HashMap;
+
 use geo::{Coord, LineString, TriangulateEarcut};
 
 use super::predicates::{Point2, Projection, newell, on_segment, orient2};
@@ -85,21 +87,37 @@ fn twice_area([a, b, c]: [Point2; 3]) -> i128 {
 
 /// Flips edges between two triangles until all are Delaunay (Lawson).
 fn flip(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
+    // The triangle of each directed edge; only looked up. A few triangles are searched faster than hashed.
+    let mut owner: HashMap<[u32; 2], usize> = HashMap::new();
+    let indexed = triangles.len() > SEARCHED;
+    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
+    if indexed {
+        owner.extend(triangles.iter().enumerate().flat_map(|(i, &t)| sides(t).map(|side| (side, i))));
+    }
     // Lawson's algorithm ends by itself; the bound is for rounding in the circle test.
     for _ in 0..=triangles.len() {
         let mut flipped = false;
         for i in 0..triangles.len() {
             for k in 0..3 {
                 let [a, b, c] = std::array::from_fn(|n| triangles[i][(k + n) % 3]);
-                let other = triangles
-                    .iter()
-                    .enumerate()
-                    .find_map(|(j, t)| (0..3).find(|&m| t[m] == b && t[(m + 1) % 3] == a).map(|m| (j, t[(m + 2) % 3])));
+                let beyond = |j: usize| {
+                    let t = triangles[j];
+                    (0..3).find(|&m| t[m] == b && t[(m + 1) % 3] == a).map(|m| (j, t[(m + 2) % 3]))
+                };
+                let other = if indexed {
+                    owner.get(&[b, a]).and_then(|&j| beyond(j))
+                } else {
+                    (0..triangles.len()).find_map(beyond)
+                };
                 let Some((j, d)) = other else { continue };
                 let [p, q, r, s] = [a, b, c, d].map(&place);
                 if in_circle(p, q, r, s) && orient2(p, s, r) > 0 && orient2(s, q, r) > 0 {
                     triangles[i] = [a, d, c];
                     triangles[j] = [d, b, c];
+                    if indexed {
+                        owner.extend(sides(triangles[i]).map(|side| (side, i)));
+                        owner.extend(sides(triangles[j]).map(|side| (side, j)));
+                    }
                     flipped = true;
                     break;
                 }
@@ -110,6 +128,9 @@ fn flip(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
         }
     }
 }
+
+/// Up to so many triangles are searched one by one.
+const SEARCHED: usize = 64;
 
 /// Whether `d` lies clearly inside the circle through `a`, `b` and `c`, which are counter-clockwise.
 fn in_circle(a: Point2, b: Point2, c: Point2, d: Point2) -> bool {

@@ -14,3 +14,4 @@ mod info;
 mod neighbourhoods;
 mod reconstruct;
 mod resume;
+mod validate;

@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use crate::error::{Error, InputError, Result};
@@ -25,6 +26,24 @@ pub struct CityModel {
     pub objects: Vec<CityObject>,
     /// Vertices in CRS coordinates.
     pub vertices: Vec<[f64; 3]>,
+    /// How they follow from the numbers in the file; `None` where the file has CRS coordinates.
+    pub transform: Option<Transform>,
+}
+
+/// From the numbers in the file, which should be whole, to CRS coordinates: `number · scale + translate`, axis by axis.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Transform {
+    /// Size of a step in units of the CRS.
+    pub scale: [f64; 3],
+    /// Where the number 0 is.
+    pub translate: [f64; 3],
+}
+
+impl Transform {
+    /// The CRS coordinates of a vertex.
+    pub fn apply(&self, vertex: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| vertex[i] * self.scale[i] + self.translate[i])
+    }
 }
 
 /// A `CityObject`.
@@ -159,7 +178,7 @@ pub fn features(path: &Path) -> Result<Features> {
         reader: BufReader::with_capacity(1 << 18, file),
         line: 0,
         head: CityModel::default(),
-        transform: None,
+        read: 0,
         first: None,
     };
     let mut bytes = features.next_line()?;
@@ -169,7 +188,8 @@ pub fn features(path: &Path) -> Result<Features> {
     let head = match serde_json::from_slice::<Document>(&bytes) {
         // The object goes on in the next line: not a sequence.
         Err(fault) if fault.is_eof() => {
-            features.reader.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+            let more = features.reader.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+            features.read += more as u64;
             serde_json::from_slice(&bytes)
         }
         other => other,
@@ -186,14 +206,19 @@ pub struct Features {
     reader: BufReader<File>,
     line: usize,
     head: CityModel,
-    transform: Option<parse::Transform>,
+    read: u64,
     first: Option<CityModel>,
 }
 
 impl Features {
-    /// The version and CRS of the file.
+    /// The version, CRS and transform of the file.
     pub fn head(&self) -> &CityModel {
         &self.head
+    }
+
+    /// How many bytes of the file have been read.
+    pub fn bytes_read(&self) -> u64 {
+        self.read
     }
 
     /// The next line that is not blank; empty at the end.
@@ -202,6 +227,7 @@ impl Features {
         loop {
             self.line += 1;
             let read = self.reader.read_until(b'\n', &mut bytes).map_err(|e| Error::io(&self.path, "read", e))?;
+            self.read += read as u64;
             if read == 0 || !bytes.trim_ascii().is_empty() {
                 return Ok(bytes);
             }
@@ -218,10 +244,10 @@ impl Features {
         if !["1.0", "1.1", "2.0"].iter().any(|known| version.starts_with(known)) {
             return Err(self.refusal("line 1", format!("the version {version:?}"), "\"1.0\", \"1.1\" or \"2.0\""));
         }
-        self.transform = root.transform;
         self.head = CityModel {
             version,
             reference_system: root.metadata.as_ref().and_then(parse::Metadata::reference_system),
+            transform: root.transform,
             ..CityModel::default()
         };
         let model = self.model(root)?;
@@ -238,9 +264,9 @@ impl Features {
         let Some(mut vertices) = document.vertices else {
             return Err(self.refusal(place, "no \"vertices\"", "a list of that name"));
         };
-        if let Some(parse::Transform { scale, translate }) = self.transform {
+        if let Some(transform) = self.head.transform {
             for vertex in &mut vertices {
-                *vertex = std::array::from_fn(|i| vertex[i] * scale[i] + translate[i]);
+                *vertex = transform.apply(*vertex);
             }
         }
         let n = vertices.len();

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
-use super::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell};
+use super::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell, Transform};
 
 /// A root object or a feature.
 #[derive(Debug, Deserialize)]
@@ -19,13 +19,6 @@ pub(super) struct Document {
     #[serde(rename = "CityObjects")]
     pub objects: Option<Objects>,
     pub vertices: Option<Vec<[f64; 3]>>,
-}
-
-/// From file integers to CRS coordinates.
-#[derive(Debug, Clone, Copy, Deserialize)]
-pub(super) struct Transform {
-    pub scale: [f64; 3],
-    pub translate: [f64; 3],
 }
 
 /// What is used of the metadata.

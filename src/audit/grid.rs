@@ -1,0 +1,170 @@
+//! From a geometry of a file to faces on the integer grid of the file.
+
+use std::collections::HashMap;
+
+use crate::solid::{Face, Solid};
+use crate::source::cityjson::{self, CityModel, Transform};
+
+/// How far from the origin of its feature a vertex may lie, in steps: 6 800 km at 0.1 mm, 68 km at 1 µm. Beyond, the exact
+/// predicates would overflow.
+const FAR: i64 = 1 << 36;
+
+/// The finest grid for files of real coordinates, as a power of ten.
+const DECIMALS: i32 = 6;
+
+/// The index that stands for no semantic surface.
+pub(super) const UNLABELLED: u32 = u32::MAX;
+
+/// The grid of a model: that of its transform, or, where the file has real coordinates, the coarsest decimal one on which
+/// all its vertices are, but no finer than six decimals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Grid {
+    transform: Transform,
+    /// Whether the file has a transform.
+    given: bool,
+    /// Size of a step in metres.
+    pub step: [f64; 3],
+    /// The place that has the coordinates 0, in steps.
+    origin: [i64; 3],
+}
+
+impl Grid {
+    pub fn of(model: &CityModel, metres_per_unit: [f64; 3]) -> Self {
+        let transform = model.transform.unwrap_or_else(|| {
+            let scale = 10f64.powi(-decimals(&model.vertices));
+            Transform { scale: [scale; 3], translate: [0.0; 3] }
+        });
+        let step = std::array::from_fn(|i| transform.scale[i] * metres_per_unit[i]);
+        Self { transform, given: model.transform.is_some(), step, origin: [0; 3] }
+    }
+
+    /// The same grid with its origin at a vertex.
+    pub fn starting_at(self, vertex: [f64; 3]) -> Self {
+        Self { origin: self.number(vertex).unwrap_or_default(), ..self }
+    }
+
+    /// Height of a place on the grid in the vertical unit of the CRS.
+    pub fn height(&self, z: i64) -> f64 {
+        (z + self.origin[2]) as f64 * self.transform.scale[2] + self.transform.translate[2]
+    }
+
+    /// Metres in the vertical unit of the CRS.
+    pub fn metres_per_unit(&self) -> f64 {
+        self.step[2] / self.transform.scale[2]
+    }
+
+    /// The numbers in the file that a vertex was made from; `None` where they were not whole.
+    fn number(&self, vertex: [f64; 3]) -> Option<[i64; 3]> {
+        let Transform { scale, translate } = self.transform;
+        let near: [f64; 3] = std::array::from_fn(|i| ((vertex[i] - translate[i]) / scale[i]).round());
+        if near.iter().any(|n| n.is_nan() || n.abs() > 2f64.powi(52)) {
+            return None;
+        }
+        let mut number = near;
+        if self.given {
+            for i in 0..3 {
+                let is_it = |n: &f64| *n * scale[i] + translate[i] == vertex[i];
+                number[i] = [near[i], near[i] - 1.0, near[i] + 1.0].into_iter().find(is_it)?;
+            }
+        }
+        Some(number.map(|n| n as i64))
+    }
+
+    /// A shell on the grid: its faces are those of the file in the same order, and their `surface` is the index of the
+    /// semantic surface, or [`UNLABELLED`].
+    pub fn shell(&self, model: &CityModel, faces: &[cityjson::Face], weld: &mut Weld) -> Result<Shell, String> {
+        let mut index: HashMap<u32, u32> = HashMap::new();
+        let mut solid = Solid { step: self.step, vertices: Vec::new(), faces: Vec::new(), surfaces: Vec::new() };
+        let mut names = Vec::new();
+        for face in faces {
+            let mut rings = Vec::with_capacity(face.rings.len());
+            for ring in &face.rings {
+                let mut on_grid = Vec::with_capacity(ring.len());
+                for &vertex in ring {
+                    let local = if let Some(&local) = index.get(&vertex) {
+                        local
+                    } else {
+                        let place = weld.place(self.place(model, vertex)?);
+                        let local = solid.vertices.len() as u32;
+                        solid.vertices.push(place);
+                        names.push(vertex);
+                        index.insert(vertex, local);
+                        local
+                    };
+                    on_grid.push(local);
+                }
+                rings.push(on_grid);
+            }
+            solid.faces.push(Face { rings, surface: face.surface.unwrap_or(UNLABELLED) });
+        }
+        Ok(Shell { solid, names })
+    }
+
+    fn place(&self, model: &CityModel, vertex: u32) -> Result<[i64; 3], String> {
+        let real = model.vertices.get(vertex as usize).copied().ok_or("a vertex that does not exist")?;
+        let number = self.number(real).ok_or_else(|| {
+            format!("vertex {vertex} is not on the grid: the numbers of a file with a transform are whole")
+        })?;
+        let place: [i64; 3] = std::array::from_fn(|i| number[i] - self.origin[i]);
+        if place.iter().any(|c| c.abs() > FAR) {
+            return Err(format!("vertex {vertex} is more than {FAR} grid steps away from others of its feature"));
+        }
+        Ok(place)
+    }
+}
+
+/// Decimals of coordinates: as many as they all need, six at most.
+fn decimals(vertices: &[[f64; 3]]) -> i32 {
+    let is_whole = |scale: f64| move |c: &f64| ((c * scale) - (c * scale).round()).abs() < 1e-3;
+    (0..DECIMALS).find(|&d| vertices.iter().flatten().all(is_whole(10f64.powi(d)))).unwrap_or(DECIMALS)
+}
+
+/// A shell on the grid.
+#[derive(Debug)]
+pub(super) struct Shell {
+    pub solid: Solid,
+    /// The indices of its vertices in the file.
+    pub names: Vec<u32>,
+}
+
+/// Draws vertices that are nearer to each other than the snap tolerance together, as val3dity does: each goes where the
+/// first one near it is.
+#[derive(Debug)]
+pub(super) struct Weld {
+    step: [f64; 3],
+    snap: f64,
+    /// Where vertices were drawn to, by cells of the size of the tolerance. Only looked up, never walked through.
+    cells: HashMap<[i64; 3], Vec<[i64; 3]>>,
+}
+
+impl Weld {
+    pub fn new(step: [f64; 3], snap: f64) -> Self {
+        Self { step, snap, cells: HashMap::new() }
+    }
+
+    fn place(&mut self, vertex: [i64; 3]) -> [i64; 3] {
+        // Neighbours on the grid are no nearer than a step.
+        if self.step.iter().all(|step| *step >= self.snap) {
+            return vertex;
+        }
+        let metres = |v: [i64; 3]| -> [f64; 3] { std::array::from_fn(|i| v[i] as f64 * self.step[i]) };
+        let at = metres(vertex);
+        let cell: [i64; 3] = std::array::from_fn(|i| (at[i] / self.snap).floor() as i64);
+        let mut found = None;
+        for shift in 0..27 {
+            let near = [cell[0] + shift % 3 - 1, cell[1] + shift / 3 % 3 - 1, cell[2] + shift / 9 - 1];
+            for &other in self.cells.get(&near).into_iter().flatten() {
+                let there = metres(other);
+                let distance: f64 = (0..3).map(|i| (there[i] - at[i]).powi(2)).sum::<f64>().sqrt();
+                if distance < self.snap && found.is_none_or(|(d, f)| (distance, other) < (d, f)) {
+                    found = Some((distance, other));
+                }
+            }
+        }
+        if let Some((_, other)) = found {
+            return other;
+        }
+        self.cells.entry(cell).or_default().push(vertex);
+        vertex
+    }
+}

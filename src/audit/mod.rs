@@ -1,0 +1,117 @@
+//! Validates city model files, from anyone: CityJSON 1.0 to 2.0 and CityJSONSeq.
+//!
+//! A file is read feature by feature and checked on the integers that stand in it, by the levels of
+//! [`validate`](crate::validate): surfaces as faces, composite surfaces also as connected, solids with their voids,
+//! composite solids, and the parts of a building together. A file of real coordinates (CityJSON 1.0 may have them) is checked
+//! on the coarsest decimal grid that holds them, at most six decimals of its unit. As in val3dity, vertices nearer than the
+//! snap tolerance are one, the first of them; the level above is checked where the one below is sound.
+//!
+//! What labels and attributes say of the geometry is checked too and kept apart, because val3dity would not call it invalid.
+
+mod attributes;
+mod feature;
+mod grid;
+mod report;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::error::{Error, InputError, Result};
+use crate::source::cityjson::{self, CityModel};
+use crate::source::crs::Crs;
+use crate::validate::Tolerances;
+use grid::Grid;
+pub use report::{Feature, Finding, Overview, Parameters, Report};
+
+/// How a file is checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Tolerances of rings, polygons and vertices.
+    pub tolerances: Tolerances,
+    /// How far solids and building parts may overlap, metres.
+    pub overlap: f64,
+}
+
+impl Default for Options {
+    /// The default tolerances; an overlap of 1 mm, that of the snap tolerance, is no overlap.
+    fn default() -> Self {
+        let tolerances = Tolerances::default();
+        Self { tolerances, overlap: tolerances.snap }
+    }
+}
+
+/// How many features of a sequence are held at a time.
+const BATCH: usize = 512;
+
+/// Checks a file. After every batch `progress` is told the number of features so far and the number of bytes that were read
+/// since it was last told.
+///
+/// # Errors
+/// The file cannot be read or is no CityJSON, or its CRS is geographic: distances in degrees mean nothing. A feature of a
+/// sequence that cannot be read is a finding on the file (901), and the others are checked.
+pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64)) -> Result<Report> {
+    let mut pieces = cityjson::features(path)?;
+    let crs = pieces.head().crs_code().and_then(|code| Crs::parse(&code).ok());
+    if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic) {
+        return Err(InputError::new(path, format!("the geographic CRS {}", crs.name), "coordinates in metres or feet")
+            .at("metadata.referenceSystem")
+            .remedy("Reproject the model before it is validated")
+            .into());
+    }
+    let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
+    let mut report = Report {
+        kind: "val3dity_report",
+        gable_version: env!("CARGO_PKG_VERSION"),
+        input_file: path.display().to_string(),
+        input_file_type: format!("CityJSON {}", pieces.head().version),
+        crs: crs.map(|crs| crs.to_string()),
+        grid_step: None,
+        parameters: Parameters {
+            snap_tol: options.tolerances.snap,
+            planarity_d2p_tol: options.tolerances.planarity,
+            planarity_n_tol: options.tolerances.normals,
+            overlap_tol: options.overlap,
+        },
+        validity: true,
+        all_errors: [].into(),
+        all_semantic_errors: [].into(),
+        dataset_errors: Vec::new(),
+        features_overview: Vec::new(),
+        primitives_overview: Vec::new(),
+        features: Vec::new(),
+    };
+    let mut told = 0;
+    loop {
+        let mut batch = Vec::new();
+        for piece in pieces.by_ref().take(BATCH) {
+            match piece {
+                Ok(model) => batch.push(model),
+                Err(Error::Input(fault)) => report.dataset_errors.push(Finding::new(901, "", fault.to_string())),
+                Err(other) => return Err(other),
+            }
+        }
+        let read = pieces.bytes_read();
+        if read == told && batch.is_empty() {
+            break;
+        }
+        let grids: Vec<Grid> = batch.iter().map(|model| Grid::of(model, metres_per_unit)).collect();
+        report.grid_step = report.grid_step.or_else(|| grids.first().map(|grid| grid.step));
+        report.features.extend(check(&batch, &grids, options));
+        progress(report.features.len(), read - told);
+        told = read;
+    }
+    Ok(report.close())
+}
+
+/// The features of some models, in their order.
+fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature> {
+    let groups: Vec<_> = models
+        .iter()
+        .zip(grids)
+        .flat_map(|(model, grid)| feature::groups(model).into_iter().map(move |group| (model, grid, group)))
+        .collect();
+    groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, &group, options)).collect()
+}

@@ -1,0 +1,231 @@
+//! `gable validate`: is a city model valid.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Outcome;
+use super::output::{counted, print, say, table, thousands};
+use crate::audit::{Finding, Options, Report, audit};
+use crate::error::{Error, InputError, Result};
+use crate::validate::{Tolerances, codes};
+
+/// The exit code when all files were checked and something in them is invalid.
+const INVALID: u8 = 2;
+
+const EXAMPLES: &str = "\
+Examples:
+  Is a model valid?
+    gable validate city.city.json
+  Every fault with its place, and a report in the shape of val3dity's:
+    gable validate city.city.jsonl --list --json report.json
+  As lenient as val3dity is by default:
+    gable validate city.city.json --planarity 0.01
+
+Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
+make a file invalid unless --strict is given.
+
+Exit codes:
+  0  everything is valid
+  1  a file cannot be checked, or bad usage
+  2  something is invalid";
+
+/// What `gable validate` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+
+    /// Vertices nearer than this are one, metres; 0 leaves all as they are
+    #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().snap)]
+    snap: f64,
+
+    /// How far a vertex may be off the plane of its face, metres
+    #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().planarity)]
+    planarity: f64,
+
+    /// How far a part of a face may turn from its plane, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = Tolerances::default().normals)]
+    normals: f64,
+
+    /// How far the parts of a building, and solids that form one, may overlap, metres
+    #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
+    overlap: f64,
+
+    /// Faults of labels and attributes make a file invalid too
+    #[arg(long)]
+    strict: bool,
+
+    /// Print every fault with its place
+    #[arg(long)]
+    list: bool,
+
+    /// Write a report in the shape of val3dity's to this JSON file; a list of reports for several files
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Checks the files; one that cannot be checked is told on standard error, and the others are.
+///
+/// # Errors
+/// A tolerance is no length or angle, or the report cannot be written.
+pub fn main(args: &Args) -> Outcome {
+    let options = options(args)?;
+    let mut reports = Vec::new();
+    for path in &args.files {
+        let mut progress = Progress::new(path);
+        let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
+        drop(progress);
+        match found {
+            Ok(report) => {
+                print(&text(&report, args.list))?;
+                reports.push(report);
+            }
+            Err(error) => say(&format!("error: {error}")),
+        }
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &reports)?;
+    }
+    if reports.len() < args.files.len() {
+        return Ok(super::FAILURE);
+    }
+    let invalid = |report: &Report| !report.validity || (args.strict && !report.all_semantic_errors.is_empty());
+    Ok(if reports.iter().any(invalid) { INVALID } else { 0 })
+}
+
+fn options(args: &Args) -> Result<Options> {
+    let given = [
+        ("--snap", args.snap, 1.0),
+        ("--planarity", args.planarity, 1.0),
+        ("--normals", args.normals, 180.0),
+        ("--overlap", args.overlap, 1.0),
+    ];
+    for (name, value, most) in given {
+        if !(0.0..=most).contains(&value) {
+            return Err(InputError::new(name, value.to_string(), format!("a number from 0 to {most}")).into());
+        }
+    }
+    let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals };
+    Ok(Options { tolerances, overlap: args.overlap })
+}
+
+/// How often a plain line says how far it is.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
+
+/// How far a file has been read: a bar on a terminal, a plain line now and then otherwise.
+struct Progress {
+    bar: Option<ProgressBar>,
+    size: u64,
+    read: u64,
+    last_line: Instant,
+}
+
+impl Progress {
+    fn new(path: &Path) -> Self {
+        let size = std::fs::metadata(path).map_or(0, |m| m.len());
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let template = "validate {wide_bar} {msg}, {bytes} of {total_bytes}, {eta} left";
+            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::new(size).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        Self { bar, size, read: 0, last_line: Instant::now() }
+    }
+
+    fn advance(&mut self, features: usize, bytes: u64) {
+        self.read += bytes;
+        let features = counted(features as u64, "feature");
+        if let Some(bar) = &self.bar {
+            bar.inc(bytes);
+            bar.set_message(features);
+        } else if self.last_line.elapsed() >= PLAIN_INTERVAL {
+            self.last_line = Instant::now();
+            say(&format!(
+                "validate: {features}, {:.0} % of the file",
+                100.0 * self.read as f64 / self.size.max(1) as f64
+            ));
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// One report as it is; several as a list.
+fn write_json(path: &Path, reports: &[Report]) -> Result<()> {
+    let write = |e: std::io::Error| Error::io(path, "write", e);
+    let mut file = BufWriter::new(File::create(path).map_err(write)?);
+    match reports {
+        [one] => serde_json::to_writer_pretty(&mut file, one),
+        several => serde_json::to_writer_pretty(&mut file, several),
+    }
+    .map_err(|e| write(e.into()))?;
+    file.write_all(b"\n").and_then(|()| file.flush()).map_err(write)
+}
+
+/// A report for a person.
+fn text(report: &Report, list: bool) -> String {
+    let number = |n: usize| thousands(n as u64);
+    let verdict = if report.validity { "valid" } else { "INVALID" };
+    let crs = report.crs.as_deref().unwrap_or("no CRS, lengths are taken for metres");
+    let grid = match report.grid_step {
+        None => String::new(),
+        Some([x, _, z]) if x == z => format!(", checked on a grid of {x} m"),
+        Some([x, _, z]) => format!(", checked on a grid of {x} m, upwards {z} m"),
+    };
+    let mut out = format!("{}: {verdict}\n  {}, {crs}{grid}\n", report.input_file, report.input_file_type);
+    let mut rows = vec![["", "all", "valid"].map(str::to_owned).to_vec()];
+    for row in report.features_overview.iter().chain(&report.primitives_overview) {
+        rows.push(vec![row.kind.clone(), number(row.total), number(row.valid)]);
+    }
+    out += &table(&rows, "  ");
+    let findings = || report.features.iter().map(|f| (&f.errors, &f.semantic_errors));
+    let unread = std::iter::once(&report.dataset_errors);
+    out += &by_code("faults", unread.chain(findings().map(|(errors, _)| errors)));
+    out += &by_code("labels and attributes", findings().map(|(_, semantic)| semantic));
+    if list {
+        let all = report.features.iter().flat_map(|f| f.errors.iter().chain(&f.semantic_errors));
+        for finding in report.dataset_errors.iter().chain(all) {
+            let Finding { code, description, id, info } = finding;
+            out.extend(["  ", &code.to_string(), " ", description, " ", id, ": ", info, "\n"]);
+        }
+    }
+    out
+}
+
+/// The number of faults of each code, and of the features that have it.
+fn by_code<'a>(title: &str, findings: impl Iterator<Item = &'a Vec<Finding>>) -> String {
+    let mut counts: BTreeMap<u16, [u64; 2]> = BTreeMap::new();
+    for of_feature in findings {
+        let mut of_code: BTreeMap<u16, u64> = BTreeMap::new();
+        for finding in of_feature {
+            *of_code.entry(finding.code).or_default() += 1;
+        }
+        for (code, count) in of_code {
+            let [faults, features] = counts.entry(code).or_default();
+            *faults += count;
+            *features += 1;
+        }
+    }
+    if counts.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![[title, "faults", "features"].map(str::to_owned).to_vec()];
+    rows.extend(counts.iter().map(|(&code, [faults, features])| {
+        vec![format!("{code} {}", codes::name(code)), thousands(*faults), thousands(*features)]
+    }));
+    table(&rows, "  ")
+}
