@@ -66,6 +66,52 @@ impl Outcome {
     }
 }
 
+/// A step of the ladder that a building goes down until it stands on one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LadderStep {
+    /// LoD 2.2 with the parameters as given.
+    Lod22,
+    /// LoD 2.2 with all tolerances twice as coarse.
+    Lod22Coarse,
+    /// LoD 2.2 with all tolerances four times as coarse.
+    Lod22Coarsest,
+    /// The LoD 1.2 block.
+    Lod12,
+    /// The footprint.
+    Footprint,
+}
+
+impl LadderStep {
+    /// The steps that are LoD 2.2, finest first.
+    pub const LOD22: [Self; 3] = [Self::Lod22, Self::Lod22Coarse, Self::Lod22Coarsest];
+}
+
+/// An attempt at LoD 2.2 that came to nothing.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct Setback {
+    /// The step of the ladder that was tried.
+    pub step: LadderStep,
+    /// Why it was left.
+    pub reason: Reason,
+    /// The particulars, for a person.
+    pub detail: String,
+    /// val3dity codes of the faults of the solid that it would have given, ascending; empty if there was none.
+    pub codes: Vec<u16>,
+}
+
+impl Building {
+    /// The step of the ladder on which the building stands; `None` for a feature without usable geometry.
+    pub fn ladder_step(&self) -> Option<LadderStep> {
+        match self.outcome {
+            Outcome::Lod22 => LadderStep::LOD22.get(self.measures.setbacks.len()).copied(),
+            Outcome::Lod12 { .. } => Some(LadderStep::Lod12),
+            Outcome::FootprintOnly { .. } => Some(LadderStep::Footprint),
+            Outcome::Rejected { .. } => None,
+        }
+    }
+}
+
 /// Why a building is not a LoD 2.2 solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -85,6 +131,10 @@ pub enum Reason {
     NothingInside,
     /// The solid would have been invalid.
     InvalidSolid,
+    /// The partition of the building's space would have too many cells, or is out of range.
+    TooComplex,
+    /// The model would have risen above the highest point of the building.
+    AboveEvidence,
     /// The method failed in a way that is a fault of the program; the detail says where.
     Internal,
 }
@@ -122,8 +172,10 @@ pub struct Measures {
     pub volume_lod12: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod22: Option<f64>,
-    /// val3dity codes of the LoD 2.2 solid that was rejected; empty when it is valid.
+    /// val3dity codes of the LoD 2.2 solid that was rejected; empty when a valid one was found.
     pub faults_lod22: Vec<u16>,
+    /// The attempts at LoD 2.2 that came to nothing, finest first.
+    pub setbacks: Vec<Setback>,
 }
 
 /// Percentiles of the roof height, metres in the local frame.

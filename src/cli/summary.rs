@@ -1,7 +1,7 @@
 //! The end of a run for a person: what came out, what failed and why.
 
 use super::output::{duration, table, thousands};
-use crate::building::{Outcome, Reason};
+use crate::building::{LadderStep, Outcome, Reason};
 use crate::report::{BuildingReport, Percentiles, Report};
 
 /// How many failed buildings the summary names; the report names all.
@@ -17,6 +17,8 @@ pub fn reason(reason: Reason) -> &'static str {
         Reason::NoPrimitives => "no planes found in the points",
         Reason::NothingInside => "nothing found inside",
         Reason::InvalidSolid => "the solid would have been invalid",
+        Reason::TooComplex => "too many planes for the memory",
+        Reason::AboveEvidence => "the model would have risen above its points",
         Reason::Internal => "a fault of gable itself; please report it",
     }
 }
@@ -57,8 +59,13 @@ pub fn summary(report: &Report) -> String {
     let mut rows = vec![
         vec!["footprints".into(), number(counts.footprints)],
         vec!["  LoD 2.2".into(), number(counts.buildings_lod22)],
-        vec!["  LoD 1.2 only".into(), number(counts.buildings_lod12)],
     ];
+    let coarse = [LadderStep::Lod22Coarse, LadderStep::Lod22Coarsest];
+    let coarse: usize = coarse.iter().filter_map(|step| counts.ladder.get(step)).sum();
+    if coarse > 0 {
+        rows.push(vec!["    with coarser tolerances".into(), number(coarse)]);
+    }
+    rows.push(vec!["  LoD 1.2 only".into(), number(counts.buildings_lod12)]);
     let by_reason = |(why, &count): (&Reason, &usize)| vec![format!("    {}", reason(*why)), number(count)];
     rows.extend(counts.fallbacks.iter().map(by_reason));
     rows.push(vec!["  without a model".into(), number(counts.skipped.values().sum())]);

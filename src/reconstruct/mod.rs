@@ -8,14 +8,21 @@ pub mod blocks;
 pub mod complex;
 mod hypotheses;
 pub mod labelling;
+mod ladder;
 mod measures;
 pub mod occupancy;
+mod outline;
 mod parameters;
 pub mod primitives;
 mod semantics;
 pub mod surface;
 
 pub use parameters::{Parameters, Partition};
+
+use std::borrow::Cow;
+
+use geo::MultiPolygon;
+use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::site::Site;
@@ -29,33 +36,44 @@ use surface::Labelled;
 
 /// Reconstructs one building. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
 /// and the reason.
+///
+/// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
+/// [`Measures::setbacks`].
 pub fn reconstruct(site: &Site, parameters: &Parameters) -> Building {
-    let (footprint, mut notes) = blocks::footprint(site);
-    let mut measures = Measures {
-        ground: Some(site.ground),
-        coverage: Some(site.coverage),
-        points: site.points.len(),
-        ..Measures::default()
+    let mut notes = Vec::new();
+    let site = &*with_finite_points(site, &mut notes);
+    let Attempt { mut measures, outline, result } = ladder::descend(parameters, |parameters| attempt(site, parameters));
+    let solids = match result {
+        Ok(solids) => {
+            measures.faults_lod22.clear();
+            Ok(solids)
+        }
+        Err(failure) => Err(failure),
+    };
+    let footprint = match &site.footprint {
+        Some(footprint) => blocks::footprint(footprint, site.frame.step(), &mut notes),
+        None => outline::footprint(solids.as_deref().unwrap_or(&[]), outline.as_ref(), site.frame.step(), &mut notes),
     };
     if !site.coverage.is_complete() {
         notes.push(format!("the tiles cover only {:.1} % of the footprint", 100.0 * site.coverage.share));
     }
     let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts: Vec::new() };
-    let outcome = match lod22(site, parameters, &mut measures) {
+    let failure = match solids {
         Ok(solids) => {
             model.parts = solids.into_iter().map(|solid| Part { lod22: Some(solid), lod12: None }).collect();
-            Outcome::Lod22
+            None
         }
-        Err(Failure { reason, detail }) => Outcome::Lod12 { reason, detail },
+        Err(failure) => Some(failure),
     };
     add_blocks(site, &mut model, &measures);
     measures.volume_lod12 = volume(model.lod12());
     measures.rmse_lod12 = measures::rmse(model.lod12(), &site.points);
     measures.volume_lod22 = volume(model.lod22());
     measures.rmse_lod22 = measures::rmse(model.lod22(), &site.points);
-    let outcome = match outcome {
-        Outcome::Lod12 { reason, detail } if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
-        outcome => outcome,
+    let outcome = match failure {
+        None => Outcome::Lod22,
+        Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
+        Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
     Building {
         id: site.id.clone(),
@@ -68,25 +86,71 @@ pub fn reconstruct(site: &Site, parameters: &Parameters) -> Building {
     }
 }
 
+/// The site without the points whose coordinates are not numbers, or not within reach of the local frame.
+fn with_finite_points<'a>(site: &'a Site, notes: &mut Vec<String>) -> Cow<'a, Site> {
+    let usable = |p: &Point3<f64>| p.iter().all(|c| c.abs() <= complex::REACH);
+    let unusable = site.points.iter().filter(|p| !usable(p)).count();
+    if unusable == 0 {
+        return Cow::Borrowed(site);
+    }
+    notes.push(format!("{unusable} point(s) with coordinates that are absurd or no numbers: left out"));
+    let mut site = site.clone();
+    site.points.retain(usable);
+    Cow::Owned(site)
+}
+
 /// Why there is no LoD 2.2 model.
+#[derive(Debug, Clone, PartialEq)]
 struct Failure {
     reason: Reason,
     detail: String,
+    /// val3dity codes of the solid that was not good enough, ascending.
+    codes: Vec<u16>,
 }
 
 impl Failure {
     fn new(reason: Reason, detail: impl Into<String>) -> Self {
-        Self { reason, detail: detail.into() }
+        Self { reason, detail: detail.into(), codes: Vec::new() }
     }
 }
 
+/// One attempt at LoD 2.2.
+struct Attempt {
+    /// What was measured on the way.
+    measures: Measures,
+    /// The outline of the roofs in local metres, for a site without a footprint.
+    outline: Option<MultiPolygon<f64>>,
+    /// The solids, or why there are none.
+    result: Result<Vec<Solid>, Failure>,
+}
+
+fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
+    let mut measures = Measures {
+        ground: Some(site.ground),
+        coverage: Some(site.coverage),
+        points: site.points.len(),
+        ..Measures::default()
+    };
+    let mut outline = None;
+    let result = lod22(site, parameters, &mut measures, &mut outline);
+    Attempt { measures, outline, result }
+}
+
 /// The road of the paper, once.
-fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Result<Vec<Solid>, Failure> {
+fn lod22(
+    site: &Site,
+    parameters: &Parameters,
+    measures: &mut Measures,
+    outline: &mut Option<MultiPolygon<f64>>,
+) -> Result<Vec<Solid>, Failure> {
     if site.points.is_empty() {
         let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
         return Err(Failure::new(reason, "no building point lies in the footprint"));
     }
     let hypotheses = Hypotheses::new(site, parameters)?;
+    if site.footprint.is_none() {
+        *outline = Some(outline::of_map(&hypotheses.map));
+    }
     measures.primitives = hypotheses.detected;
     measures.roof_heights = measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
     measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
@@ -101,7 +165,7 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
         Partition::Adaptive => Complex::adaptive(&hypotheses.primitives, &hypotheses.bounds),
         Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),
     }
-    .map_err(|error| Failure::new(Reason::Internal, error.to_string()))?;
+    .map_err(|error| Failure::new(Reason::TooComplex, error.to_string()))?;
     measures.cells = complex.cells.len();
 
     let field = HeightField::new(&hypotheses.map, &hypotheses.primitives);
@@ -129,22 +193,23 @@ fn lod22(site: &Site, parameters: &Parameters, measures: &mut Measures) -> Resul
     let labelled =
         Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
-        .map_err(|error| Failure::new(Reason::InvalidSolid, error.to_string()))?;
+        .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref());
         let faults = validate::check(&shell.solid, &validate::Tolerances::default());
         if let Some(first) = faults.first() {
-            measures.faults_lod22.extend(faults.iter().map(|fault| fault.code));
-            measures.faults_lod22.sort_unstable();
-            measures.faults_lod22.dedup();
-            return Err(Failure::new(Reason::InvalidSolid, first.to_string()));
+            let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
+            codes.sort_unstable();
+            codes.dedup();
+            return Err(Failure { codes, ..Failure::new(Reason::InvalidSolid, first.to_string()) });
         }
         solids.push(shell.solid);
     }
     if solids.is_empty() {
         return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
     }
+    ladder::check_top(&solids, &site.points)?;
     measures.roof_type = measures::roof_type(&solids);
     measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
     measures.ridge_height = measures::ridge_height(&solids);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::building::{Building, Outcome};
+use crate::building::{Building, LadderStep, Outcome, Setback};
 use crate::site::GroundSource;
 
 /// What became of one building.
@@ -34,7 +34,11 @@ pub struct BuildingReport {
     pub rmse_lod12: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face at LoD 2.2, metres.
     pub rmse_lod22: Option<f64>,
-    /// val3dity codes of the LoD 2.2 solid that was rejected.
+    /// The step of the ladder on which the building stands; null for a feature without usable geometry.
+    pub ladder_step: Option<LadderStep>,
+    /// The attempts at LoD 2.2 that came to nothing, finest first.
+    pub setbacks: Vec<Setback>,
+    /// val3dity codes of the LoD 2.2 solid that was rejected; empty when a valid one was found.
     pub faults_lod22: Vec<u16>,
     /// Whether an earlier run that was killed made it, which this one resumed.
     pub resumed: bool,
@@ -63,6 +67,8 @@ impl BuildingReport {
             coverage: measures.coverage.map(|coverage| coverage.share),
             rmse_lod12: measures.rmse_lod12,
             rmse_lod22: measures.rmse_lod22,
+            ladder_step: building.ladder_step(),
+            setbacks: measures.setbacks.clone(),
             faults_lod22: measures.faults_lod22.clone(),
             resumed: false,
             wall_ms: milliseconds(wall),

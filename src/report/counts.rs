@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BuildingReport;
-use crate::building::{Outcome, Reason};
+use crate::building::{LadderStep, Outcome, Reason};
 
 /// What came out, in numbers.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
@@ -31,6 +31,8 @@ pub struct Counts {
     pub solids_lod22: usize,
     /// LoD 1.2 solids.
     pub solids_lod12: usize,
+    /// Buildings by the step of the ladder on which they stand.
+    pub ladder: BTreeMap<LadderStep, usize>,
     /// Buildings that fell back to LoD 1.2, by reason.
     pub fallbacks: BTreeMap<Reason, usize>,
     /// Buildings without a solid, by reason.
@@ -71,6 +73,9 @@ impl Counts {
         self.solids_lod22 += building.solids_lod22;
         self.solids_lod12 += building.solids_lod12;
         self.lacking += usize::from(building.lacks_model());
+        if let Some(step) = building.ladder_step {
+            *self.ladder.entry(step).or_default() += 1;
+        }
         match &building.outcome {
             Outcome::Lod22 => self.buildings_lod22 += 1,
             Outcome::Lod12 { reason, .. } => {

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::building::{Building, Measures, Outcome, Reason};
+use crate::building::{Building, LadderStep, Measures, Outcome, Reason};
 use crate::site::Frame;
 use crate::solid::{Model, Part, Solid};
 
@@ -63,6 +63,8 @@ fn counts_add_up() {
     assert_eq!(counts.with_points, 3);
     assert_eq!(counts.points, 152);
     assert_eq!(counts.lacking, 2, "too few points, and no polygon");
+    let steps = [(LadderStep::Lod22, 1), (LadderStep::Lod12, 1), (LadderStep::Footprint, 2)];
+    assert_eq!(counts.ladder, steps.into(), "a rejected feature stands on none");
     assert_eq!(counts.fallbacks, [(Reason::InvalidSolid, 1)].into());
     assert_eq!(counts.skipped, [(Reason::NoPolygon, 1), (Reason::NoPoints, 1), (Reason::TooFewPoints, 1)].into());
 }

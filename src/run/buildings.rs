@@ -154,7 +154,11 @@ fn one(task: Task, reconstruct: &impl Fn(&Site) -> Building) -> Done {
 fn broken(site: &Site, detail: String) -> Building {
     let step = site.frame.step();
     // Whatever broke the method may lie in the footprint.
-    let (footprint, notes) = guarded(|| blocks::footprint(site)).unwrap_or_default();
+    let mut notes = Vec::new();
+    let footprint = guarded(|| {
+        site.footprint.as_ref().map(|footprint| blocks::footprint(footprint, step, &mut notes)).unwrap_or_default()
+    })
+    .unwrap_or_default();
     let model = Model { footprint, ground: (site.ground.height / step[2]).round() as i64, parts: Vec::new() };
     let measures = Measures {
         ground: Some(site.ground),

@@ -67,6 +67,23 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_fallback_detail", "", "why LoD 2.2 was not reached, in words", |s| {
         s.building.outcome.reason().map(|(_, detail)| detail.into())
     }),
+    row(
+        "gable_ladder_step",
+        "",
+        "on which step of the ladder the model stands: lod22, lod22-coarse (tolerances times 2), lod22-coarsest (times \
+         4), lod12 or footprint",
+        |s| s.building.ladder_step().and_then(keyword),
+    ),
+    row("gable_ladder_reasons", "", "why the steps of LoD 2.2 above it were left, as keywords, finest first", |s| {
+        let reasons: Vec<Value> = s.building.measures.setbacks.iter().filter_map(|b| keyword(b.reason)).collect();
+        (!reasons.is_empty()).then(|| reasons.into())
+    }),
+    row("gable_ladder_codes", "", "val3dity codes of the faults that were met on these steps", |s| {
+        let mut codes: Vec<u16> = s.building.measures.setbacks.iter().flat_map(|b| &b.codes).copied().collect();
+        codes.sort_unstable();
+        codes.dedup();
+        (!codes.is_empty()).then(|| json!(codes))
+    }),
     row("gable_roof_type", "", "flat, multiple-flat or slanted", |s| s.building.measures.roof_type.and_then(keyword)),
     row("gable_roof_planes", "", "number of roof planes at LoD 2.2", |s| {
         s.building.measures.roof_planes.map(Value::from)

@@ -6,7 +6,7 @@ use cjval::CJValidator;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::building::{Measures, Outcome, Reason, RoofHeights, RoofType};
+use crate::building::{LadderStep, Measures, Outcome, Reason, RoofHeights, RoofType, Setback};
 use crate::error::Error;
 use crate::reconstruct::blocks::block;
 use crate::site::{Coverage, Frame, Ground, GroundSource};
@@ -126,6 +126,12 @@ fn neighbourhood() -> Vec<Building> {
     block_of_two.frame.origin = [84_960.0, 447_490.0, 0.0];
     block_of_two.outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "not closed".into() };
     block_of_two.measures.faults_lod22 = vec![302, 203];
+    let setback = |step, reason, codes: &[u16]| Setback { step, reason, detail: "bad".into(), codes: codes.to_vec() };
+    block_of_two.measures.setbacks = vec![
+        setback(LadderStep::Lod22, Reason::InvalidSolid, &[302]),
+        setback(LadderStep::Lod22Coarse, Reason::NothingInside, &[]),
+        setback(LadderStep::Lod22Coarsest, Reason::InvalidSolid, &[203, 302]),
+    ];
     block_of_two.notes = vec!["a hole was repaired".into()];
 
     let mut namesake = building("A-0");
@@ -255,7 +261,8 @@ fn attributes_say_what_came_of_a_building() {
     let expected = json!({
         "identificatie": "0503100000018603", "big": 9_223_372_036_854_775_807_i64, "huge": u64::MAX,
         "source_plus": 1, "plus": 2, "source_gable_lod": "old", "nested": {"a": [null, true]}, "nothing": null,
-        "gable_success": true, "gable_lod": "2.2", "gable_roof_type": "slanted", "gable_roof_planes": 2,
+        "gable_success": true, "gable_lod": "2.2", "gable_ladder_step": "lod22",
+        "gable_roof_type": "slanted", "gable_roof_planes": 2,
         "gable_height_ground": -1.0, "gable_height_roof_min": 2.0, "gable_height_roof_50p": 3.0,
         "gable_height_roof_70p": 3.4, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
         "gable_volume_lod12": 211.2, "gable_validity_lod12": [], "gable_validity_lod22": [],
@@ -273,6 +280,9 @@ fn attributes_say_what_came_of_a_building() {
     assert_eq!(fallback["gable_fallback_reason"], "invalid-solid");
     assert_eq!(fallback["gable_fallback_detail"], "not closed");
     assert_eq!(fallback["gable_validity_lod22"], json!([302, 203]));
+    assert_eq!(fallback["gable_ladder_step"], "lod12");
+    assert_eq!(fallback["gable_ladder_reasons"], json!(["invalid-solid", "nothing-inside", "invalid-solid"]));
+    assert_eq!(fallback["gable_ladder_codes"], json!([203, 302]));
     assert_eq!(fallback["gable_notes"], json!(["a hole was repaired"]));
     let rejected = &object(&model, "00012").attributes;
     assert_eq!(rejected["gable_fallback_reason"], "no-polygon");

@@ -11,30 +11,34 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use crate::site::Site;
+use geo::MultiPolygon;
+
 use crate::solid::{Face, FootprintPolygon, Solid, Surface, SurfaceType, quantise_footprint};
 use ring::Point;
 
-/// Two places closer than this, in metres, are one: what validators snap together (val3dity: 1 mm).
-const SNAP: f64 = 1e-3;
+/// Two places closer than this, in metres, are one: what validators snap together (val3dity: 1 mm), and a hair, for they
+/// compare distances in floating point.
+const SNAP: f64 = 1.01e-3;
 
-/// The LoD 0 footprint of a site, in grid steps of its frame, and what had to be changed to put it there.
+/// A footprint in local metres as LoD 0: in grid steps of size `step` metres. What had to be changed to put it there is
+/// told in `notes`.
 ///
 /// Polygons of a `MultiPolygon` stay apart, even if they share an edge. Within a polygon no two rings share a point;
 /// repeated and collinear vertices and spikes narrower than 1 mm are gone. A part or hole that cannot be had on the grid
-/// is left out, and the notes say so. Empty for a site without a footprint.
-pub fn footprint(site: &Site) -> (Vec<FootprintPolygon>, Vec<String>) {
-    let mut notes = Vec::new();
-    let Some(footprint) = &site.footprint else { return (Vec::new(), notes) };
-    let step = site.frame.step();
+/// is left out.
+pub fn footprint(footprint: &MultiPolygon<f64>, step: [f64; 3], notes: &mut Vec<String>) -> Vec<FootprintPolygon> {
     let quantised = quantise_footprint(footprint, step);
     let collapsed = footprint.0.len() - quantised.len();
     if collapsed > 0 {
         notes.push(format!("{collapsed} part(s) of the footprint collapse on the output grid: left out"));
     }
+    mend(quantised, step, notes)
+}
+
+/// Polygons on the grid with every fault that rounding made taken out, as [`footprint`] returns them.
+pub fn mend(polygons: Vec<FootprintPolygon>, step: [f64; 3], notes: &mut Vec<String>) -> Vec<FootprintPolygon> {
     let snap = snap_in_steps(step);
-    let polygons = quantised.into_iter().flat_map(|polygon| repair::mend(polygon, snap, &mut notes)).collect();
-    (polygons, notes)
+    polygons.into_iter().flat_map(|polygon| repair::mend(polygon, snap, notes)).collect()
 }
 
 /// [`SNAP`] in grid steps, at least one.

@@ -3,24 +3,17 @@ use std::f64::consts::TAU;
 
 use geo::{Area, MultiPolygon, Polygon, polygon};
 use proptest::prelude::*;
-use serde_json::Map;
 
 use super::ring::doubled_area;
 use super::*;
-use crate::site::{Coverage, Frame, Ground, GroundSource};
+use crate::validate;
 
 const STEP: [f64; 3] = [1e-4; 3];
 
-fn site(footprint: MultiPolygon<f64>) -> Site {
-    Site {
-        id: "a".into(),
-        frame: Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] },
-        footprint: Some(footprint),
-        points: Vec::new(),
-        ground: Ground { height: 0.0, spread: 0.0, source: GroundSource::BoundingBox },
-        coverage: Coverage { share: 1.0 },
-        attributes: Map::new(),
-    }
+/// A footprint on the grid, and what was done to it.
+fn on_grid(polygons: &MultiPolygon<f64>) -> (Vec<FootprintPolygon>, Vec<String>) {
+    let mut notes = Vec::new();
+    (footprint(polygons, STEP, &mut notes), notes)
 }
 
 /// Every directed edge once, and its reverse once; every vertex used and different; the faces around every vertex one fan.
@@ -106,7 +99,7 @@ fn a_courtyard_block_is_as_worked_out_by_hand() {
 }
 
 fn footprint_of(polygon: Polygon<f64>) -> (Vec<FootprintPolygon>, Vec<String>) {
-    footprint(&site(MultiPolygon(vec![polygon])))
+    on_grid(&MultiPolygon(vec![polygon]))
 }
 
 #[test]
@@ -175,7 +168,7 @@ fn what_is_wrong_is_mended_or_told() {
 fn parts_that_share_an_edge_stay_apart() {
     let left: Polygon<f64> = polygon![(x: 0., y: 0.), (x: 1., y: 0.), (x: 1., y: 1.), (x: 0., y: 1.)];
     let right: Polygon<f64> = polygon![(x: 1., y: 0.), (x: 2., y: 0.), (x: 2., y: 1.), (x: 1., y: 1.)];
-    let (polygons, notes) = footprint(&site(MultiPolygon(vec![left, right])));
+    let (polygons, notes) = on_grid(&MultiPolygon(vec![left, right]));
     assert_eq!((polygons.len(), notes.len()), (2, 0));
     assert!((check_blocks(&polygons) - 2.0).abs() < 1e-9);
 }
@@ -217,14 +210,11 @@ fn real_footprints_come_through_unharmed() {
                 });
                 Polygon::new(lines.next().unwrap(), lines.collect())
             });
-            let mut site = site(MultiPolygon(polygons.collect()));
-            let (x, y) = site.footprint.as_ref().unwrap().0[0].exterior().0[0].x_y();
-            site.frame.origin = [x.floor(), y.floor(), 0.0];
-            let footprint_crs = site.footprint.take().unwrap();
-            let local = geo::Translate::translate(&footprint_crs, -x.floor(), -y.floor());
+            let outline = MultiPolygon(polygons.collect());
+            let (x, y) = outline.0[0].exterior().0[0].x_y();
+            let local = geo::Translate::translate(&outline, -x.floor(), -y.floor());
             let expected = local.unsigned_area();
-            site.footprint = Some(local);
-            let (polygons, notes) = footprint(&site);
+            let (polygons, notes) = on_grid(&local);
             let area = check_blocks(&polygons);
             assert!((area - expected).abs() < 1e-4 * expected, "{area} {expected}");
             assert!(notes.is_empty(), "{notes:?} {feature}");
@@ -326,4 +316,17 @@ proptest! {
         let (polygons, _) = footprint_of(Polygon::new(line, Vec::new()));
         check_blocks(&polygons);
     }
+}
+
+#[test]
+fn an_edge_of_exactly_the_snapping_distance_is_none() {
+    // The tip of the needle is 6 by 8 steps wide: 1 mm, which validators compute as a little less.
+    let needle = polygon![
+        (x: 0.0, y: 0.0), (x: 4.0, y: 0.0), (x: 6.0, y: -4.0), (x: 6.0006, y: -3.9992), (x: 4.1, y: 0.2), (x: 8.0, y: 3.0),
+        (x: 0.0, y: 6.0)
+    ];
+    let (polygons, _) = on_grid(&MultiPolygon(vec![needle]));
+    let solid = block(&polygons[0], 0, 30_000, STEP).unwrap();
+    assert_eq!(validate::check(&solid, &validate::Tolerances::default()), []);
+    assert_eq!(polygons[0][0].len(), 6);
 }

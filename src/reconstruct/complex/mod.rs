@@ -33,6 +33,7 @@ use nalgebra::Point3;
 pub use build::{ComplexError, MAX_CELLS};
 pub use check::Fault;
 pub use order::insertion_order;
+pub use plane::REACH;
 
 /// Index of a plane in [`Complex::planes`].
 pub type PlaneId = u32;

@@ -9,7 +9,7 @@ use crate::geometry::Plane;
 pub(super) const SCALE: f64 = (1_u64 << 20) as f64;
 
 /// How far a vertex may lie from the origin along any axis, metres.
-pub(super) const REACH: f64 = 8192.0;
+pub const REACH: f64 = 8192.0;
 
 /// How far a plane may lie from the origin, metres; every plane that meets the cube of ±[`REACH`] is nearer, as
 /// √3 · 2¹³ < 2¹⁴.

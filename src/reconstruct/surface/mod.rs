@@ -106,6 +106,16 @@ pub enum SurfaceError {
     },
 }
 
+impl SurfaceError {
+    /// val3dity codes of the surface that there would have been.
+    pub fn codes(&self) -> Vec<u16> {
+        match self {
+            Self::NonManifold { .. } => vec![303],
+            Self::Inconsistent { .. } => Vec::new(),
+        }
+    }
+}
+
 /// The shells that bound the inside of a labelled complex, on a grid of `step` metres along x, y and z.
 ///
 /// # Errors

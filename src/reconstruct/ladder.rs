@@ -1,0 +1,166 @@
+//! The ladder: what is tried when the method comes to nothing (LoD 2.2, LoD 2.2 with coarser tolerances, LoD 1.2, the
+//! footprint), and the rule that no roof rises above the evidence.
+//!
+//! Coarser tolerances help because what fails is almost always a feature near their size: two planes that nearly
+//! coincide, a jog of a few centimetres, a roof of a dozen points. Then the coarser model lacks that feature, but stands.
+
+use nalgebra::Point3;
+
+use super::{Attempt, Failure, Parameters};
+use crate::building::{LadderStep, Reason, Setback};
+use crate::solid::Solid;
+
+/// No part of a model is higher than this above the highest point of its building, metres.
+pub const MOST_ABOVE_POINTS: f64 = 0.5;
+
+/// How many times as coarse the tolerances are on each step of LoD 2.2.
+const SCALES: [f64; LadderStep::LOD22.len()] = [1.0, 2.0, 4.0];
+
+/// Goes down the ladder until an attempt succeeds. Where none does, the first attempt is returned, which has seen most;
+/// its failure is the reason for the fallback, and its codes are those of all attempts.
+pub(super) fn descend(parameters: &Parameters, attempt: impl Fn(&Parameters) -> Attempt) -> Attempt {
+    let mut now = attempt(parameters);
+    let Err(first) = &now.result else { return now };
+    let mut setbacks = vec![setback(LadderStep::Lod22, first.clone())];
+    let steps = LadderStep::LOD22.into_iter().zip(SCALES).skip(1);
+    for (step, scale) in steps.take_while(|_| is_a_matter_of_size(first.reason)) {
+        let mut next = attempt(&coarser(parameters, scale));
+        match next.result {
+            Ok(_) => {
+                next.measures.setbacks = setbacks;
+                return next;
+            }
+            Err(failure) => setbacks.push(setback(step, failure)),
+        }
+    }
+    let mut codes: Vec<u16> = setbacks.iter().flat_map(|setback| &setback.codes).copied().collect();
+    codes.sort_unstable();
+    codes.dedup();
+    now.measures.faults_lod22 = codes;
+    now.measures.setbacks = setbacks;
+    now
+}
+
+fn setback(step: LadderStep, Failure { reason, detail, codes }: Failure) -> Setback {
+    Setback { step, reason, detail, codes }
+}
+
+/// Whether coarser tolerances may help: they make neither points nor planes.
+fn is_a_matter_of_size(reason: Reason) -> bool {
+    matches!(reason, Reason::NothingInside | Reason::InvalidSolid | Reason::TooComplex | Reason::AboveEvidence)
+}
+
+/// The parameters with every tolerance `scale` times as coarse; one that is almost 0 counts as half of its default, so
+/// that it becomes coarser too.
+fn coarser(parameters: &Parameters, scale: f64) -> Parameters {
+    let default = Parameters::default();
+    let scaled = |value: f64, default: f64| scale * value.max(default / 2.0);
+    let mut coarser = parameters.clone();
+    coarser.footprint_tolerance = scaled(parameters.footprint_tolerance, default.footprint_tolerance);
+    coarser.step_height = scaled(parameters.step_height, default.step_height);
+    coarser.step_length = scaled(parameters.step_length, default.step_length);
+    coarser.surface.minimum_feature = scaled(parameters.surface.minimum_feature, default.surface.minimum_feature);
+    let (given, default) = (&parameters.detection, &default.detection);
+    coarser.detection.minimum_tolerance = scaled(given.minimum_tolerance, default.minimum_tolerance);
+    coarser.detection.minimum_area = scaled(given.minimum_area, default.minimum_area);
+    coarser.detection.merge_angle = scaled(given.merge_angle, default.merge_angle);
+    coarser.detection.merge_tolerance = scaled(given.merge_tolerance, default.merge_tolerance);
+    coarser.detection.regularise_angle = scaled(given.regularise_angle, default.regularise_angle);
+    coarser.detection.regularise_tolerance = scaled(given.regularise_tolerance, default.regularise_tolerance);
+    coarser
+}
+
+/// Refuses solids that rise more than [`MOST_ABOVE_POINTS`] above the highest point of the building.
+pub(super) fn check_top(solids: &[Solid], points: &[Point3<f64>]) -> Result<(), Failure> {
+    let highest = points.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let top = solids
+        .iter()
+        .flat_map(|solid| solid.vertices.iter().map(|v| v[2] as f64 * solid.step[2]))
+        .fold(f64::NEG_INFINITY, f64::max);
+    if top <= highest + MOST_ABOVE_POINTS {
+        return Ok(());
+    }
+    let detail = format!("the model would rise {:.2} m above the highest point", top - highest);
+    Err(Failure::new(Reason::AboveEvidence, detail))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use super::*;
+    use crate::building::Measures;
+
+    /// An attempt with this many primitives and this result.
+    fn attempt(primitives: usize, result: Result<Vec<Solid>, Failure>) -> Attempt {
+        Attempt { measures: Measures { primitives, ..Measures::default() }, outline: None, result }
+    }
+
+    fn invalid(codes: &[u16]) -> Failure {
+        Failure { codes: codes.to_vec(), ..Failure::new(Reason::InvalidSolid, "bad") }
+    }
+
+    /// Goes down the ladder over these results; returns the footprint tolerances that were tried as well.
+    fn descended(results: &[Result<Vec<Solid>, Failure>]) -> (Attempt, Vec<f64>) {
+        let tried = RefCell::new(Vec::new());
+        let last = descend(&Parameters::default(), |parameters| {
+            tried.borrow_mut().push(parameters.footprint_tolerance);
+            let at = tried.borrow().len() - 1;
+            attempt(at, results[at].clone())
+        });
+        (last, tried.into_inner())
+    }
+
+    #[test]
+    fn the_first_attempt_that_succeeds_ends_the_descent() {
+        let (last, tried) = descended(&[Ok(vec![])]);
+        assert_eq!((last.measures.setbacks.len(), tried), (0, vec![0.1]));
+
+        let (last, tried) = descended(&[Err(invalid(&[203])), Ok(vec![])]);
+        assert_eq!(tried, [0.1, 0.2]);
+        assert!(last.result.is_ok() && last.measures.primitives == 1 && last.measures.faults_lod22.is_empty());
+        let [setback] = &last.measures.setbacks[..] else { panic!("{:?}", last.measures.setbacks) };
+        assert_eq!((setback.step, setback.codes.clone()), (LadderStep::Lod22, vec![203]));
+    }
+
+    #[test]
+    fn where_all_fail_the_first_failure_stands_and_all_codes() {
+        let (last, tried) = descended(&[
+            Err(invalid(&[303])),
+            Err(Failure::new(Reason::NothingInside, "x")),
+            Err(invalid(&[203, 303])),
+        ]);
+        assert_eq!(tried, [0.1, 0.2, 0.4]);
+        assert_eq!(last.result, Err(invalid(&[303])));
+        assert_eq!((last.measures.primitives, &last.measures.faults_lod22[..]), (0, &[203, 303][..]));
+        let steps: Vec<LadderStep> = last.measures.setbacks.iter().map(|setback| setback.step).collect();
+        assert_eq!(steps, LadderStep::LOD22);
+    }
+
+    #[test]
+    fn what_has_no_points_is_not_tried_again() {
+        let (last, tried) = descended(&[Err(Failure::new(Reason::NoPoints, "none"))]);
+        assert_eq!((last.measures.setbacks.len(), tried.len()), (1, 1));
+    }
+
+    #[test]
+    fn a_tolerance_of_nothing_becomes_coarser_too() {
+        let mut parameters = Parameters { footprint_tolerance: 0.0, step_height: 0.5, ..Parameters::default() };
+        parameters.surface.minimum_feature = 0.0;
+        let twice = coarser(&parameters, 2.0);
+        assert_eq!((twice.footprint_tolerance, twice.step_height, twice.surface.minimum_feature), (0.1, 1.0, 0.1));
+        assert_eq!(coarser(&parameters, 4.0).surface.minimum_feature, 0.2);
+    }
+
+    #[test]
+    fn a_top_above_the_points_is_refused() {
+        let top = |z: i64| Solid { step: [1e-4; 3], vertices: vec![[0, 0, z]], faces: vec![], surfaces: vec![] };
+        let points = [Point3::new(0.0, 0.0, 3.0), Point3::new(0.0, 0.0, 7.0)];
+        assert_eq!(check_top(&[top(74_990)], &points), Ok(()));
+        let failure = check_top(&[top(10), top(75_100)], &points).unwrap_err();
+        assert_eq!(
+            (failure.reason, &failure.detail[..]),
+            (Reason::AboveEvidence, "the model would rise 0.51 m above the highest point")
+        );
+    }
+}

@@ -1,0 +1,113 @@
+//! Random buildings through the method and the validator: never a panic, never an invalid solid, never a model above its
+//! points, never without an explanation, never long.
+//!
+//! Every building has a number, which is all that it is made from. The test runs a few; many are run with
+//!
+//! ```text
+//! GABLE_RANDOM_COUNT=100000 cargo test --release --test random -- --nocapture
+//! ```
+//!
+//! from number `GABLE_RANDOM_FIRST` on, by `GABLE_RANDOM_THREADS` threads. What breaks a rule is named by its number.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
+
+mod clouds;
+mod draw;
+mod footprints;
+mod rules;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use gable::site::{Coverage, Frame, Ground, GroundSource, Site};
+use geo::Translate;
+use nalgebra::Vector3;
+use serde_json::Map;
+
+use draw::Draw;
+
+/// How many buildings the test runs.
+const COUNT: u64 = 600;
+
+/// A random site and what it is.
+struct Case {
+    site: Site,
+    name: String,
+}
+
+/// The random site with this number.
+fn case(number: u64) -> Case {
+    let mut draw = Draw::new(number);
+    let (mut footprint, shape) = footprints::footprint(&mut draw);
+    let mut cloud = clouds::cloud(&footprint, &mut draw);
+    // The local frame ought to be near; a site that breaks that must not break more.
+    let far = if draw.chance(0.01) { draw.of(&[1e6, -1e7]) } else { 0.0 };
+    if far != 0.0 {
+        footprint = footprint.translate(far, far);
+        cloud.points.iter_mut().for_each(|p| *p += Vector3::new(far, far, 0.0));
+    }
+    let is_bare = draw.chance(0.1);
+    let unit = draw.of(&[1.0, 1.0, 1.0, 0.3048, 1200.0 / 3937.0]);
+    let site = Site {
+        id: number.to_string(),
+        frame: Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [unit; 3] },
+        footprint: (!is_bare).then_some(footprint),
+        points: cloud.points,
+        ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
+        coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
+        attributes: Map::new(),
+    };
+    let bare = if is_bare { "no footprint" } else { shape };
+    let name = format!("{bare}, {}, {}{}", cloud.roof, cloud.ill, if far == 0.0 { "" } else { ", far" });
+    Case { site, name }
+}
+
+/// A number from the environment.
+fn from_environment(name: &str, default: u64) -> u64 {
+    match std::env::var(name) {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")),
+        Err(_) => default,
+    }
+}
+
+#[test]
+fn random_buildings_keep_the_rules() {
+    let count = from_environment("GABLE_RANDOM_COUNT", COUNT);
+    let first = from_environment("GABLE_RANDOM_FIRST", 0);
+    let threads = from_environment("GABLE_RANDOM_THREADS", 2);
+    let next = AtomicU64::new(first);
+    let tally: Mutex<BTreeMap<String, usize>> = Mutex::default();
+    let broken: Mutex<Vec<String>> = Mutex::default();
+    let slowest: Mutex<(u128, u64)> = Mutex::default();
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= first + count {
+                        break;
+                    }
+                    let case = case(number);
+                    let judged = rules::judge(&case.site, number % 50 == 0);
+                    let mut worst = slowest.lock().unwrap_or_else(PoisonError::into_inner);
+                    *worst = (*worst).max((judged.time.as_millis(), number));
+                    drop(worst);
+                    *tally.lock().unwrap_or_else(PoisonError::into_inner).entry(judged.outcome).or_default() += 1;
+                    for breach in judged.breaches {
+                        let line = format!("{number} ({}): {breach}", case.name);
+                        eprintln!("{line}");
+                        broken.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+                    }
+                }
+            });
+        }
+    });
+    for (outcome, count) in tally.into_inner().unwrap() {
+        println!("{count:>8}  {outcome}");
+    }
+    let (slowest, number) = slowest.into_inner().unwrap();
+    println!("slowest: {slowest} ms, number {number}");
+    let broken = broken.into_inner().unwrap();
+    assert!(broken.is_empty(), "{} of {count} buildings break a rule, such as {}", broken.len(), broken[0]);
+}

@@ -1,0 +1,93 @@
+//! The rules that every building keeps.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use gable::building::{Building, Outcome, Reason};
+use gable::reconstruct::{Parameters, reconstruct};
+use gable::report::{Scope, Stopwatch};
+use gable::site::Site;
+use gable::solid::Solid;
+use gable::validate::{Tolerances, check};
+
+/// The most processor time that a building of the harness may take.
+const LONGEST: Duration = Duration::from_secs(2);
+/// The most that a model may rise above the highest point, metres; a millimetre for the grid.
+const MOST_ABOVE_POINTS: f64 = 0.501;
+
+/// What became of a building.
+pub struct Judged {
+    /// Its step of the ladder, and why it is not the first.
+    pub outcome: String,
+    /// The rules that it breaks.
+    pub breaches: Vec<String>,
+    /// Processor time.
+    pub time: Duration,
+}
+
+/// Reconstructs a site and looks for what must not be; twice if `again`, to see that the same comes out.
+pub fn judge(site: &Site, again: bool) -> Judged {
+    let watch = Stopwatch::start(Scope::Thread);
+    let parameters = Parameters::default();
+    let result = catch_unwind(AssertUnwindSafe(|| reconstruct(site, &parameters)));
+    let time = watch.cpu().unwrap_or_default();
+    let Ok(building) = result else {
+        return Judged { outcome: "panic".into(), breaches: vec!["panic".into()], time };
+    };
+    let mut breaches = breaches(site, &building);
+    if time > LONGEST {
+        breaches.push(format!("took {} ms", time.as_millis()));
+    }
+    if again && reconstruct(site, &parameters).model.parts != building.model.parts {
+        breaches.push("another model on the second run".into());
+    }
+    Judged { outcome: outcome(&building), breaches, time }
+}
+
+fn outcome(building: &Building) -> String {
+    let reasons: Vec<String> =
+        building.measures.setbacks.iter().map(|setback| format!("{:?} {:?}", setback.reason, setback.codes)).collect();
+    let step = building.ladder_step().map_or("none".into(), |step| format!("{step:?}"));
+    format!("{step:<13} {}", reasons.join(" > "))
+}
+
+fn breaches(site: &Site, building: &Building) -> Vec<String> {
+    let mut breaches = Vec::new();
+    let model = &building.model;
+    let highest = site.points.iter().map(|p| p.z).filter(|z| z.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let solids = model.lod12().map(|s| ("1.2", s)).chain(model.lod22().map(|s| ("2.2", s)));
+    for (lod, solid) in solids {
+        if let Some(fault) = check(solid, &Tolerances::default()).first() {
+            breaches.push(format!("LoD {lod}: {fault}"));
+        }
+        if solid.volume() <= 0.0 {
+            breaches.push(format!("LoD {lod}: volume {}", solid.volume()));
+        }
+        let top = top(solid);
+        if top > highest + MOST_ABOVE_POINTS {
+            breaches.push(format!("LoD {lod}: {:.3} m above the highest point", top - highest));
+        }
+        if solid.faces.iter().any(|face| face.surface as usize >= solid.surfaces.len()) {
+            breaches.push(format!("LoD {lod}: a face without a surface"));
+        }
+    }
+    let (solids, blocks) = (model.lod22().count(), model.lod12().count());
+    let explained = match &building.outcome {
+        Outcome::Lod22 => solids > 0 && building.ladder_step().is_some(),
+        Outcome::Lod12 { reason, detail } => {
+            solids == 0 && blocks > 0 && *reason != Reason::Internal && !detail.is_empty()
+        }
+        Outcome::FootprintOnly { reason, detail } => {
+            solids + blocks == 0 && *reason != Reason::Internal && !detail.is_empty()
+        }
+        Outcome::Rejected { .. } => false,
+    };
+    if !explained {
+        breaches.push(format!("{solids} + {blocks} solids and {:?}", building.outcome));
+    }
+    breaches
+}
+
+fn top(solid: &Solid) -> f64 {
+    (0..solid.vertices.len() as u32).map(|v| solid.point(v).z).fold(f64::NEG_INFINITY, f64::max)
+}
