@@ -67,7 +67,7 @@ impl Outcome {
 }
 
 /// A step of the ladder that a building goes down until it stands on one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LadderStep {
     /// LoD 2.2 with the parameters as given.
@@ -88,7 +88,7 @@ impl LadderStep {
 }
 
 /// An attempt at LoD 2.2 that came to nothing.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Setback {
     /// The step of the ladder that was tried.
     pub step: LadderStep,
