@@ -7,7 +7,8 @@ use super::primitives::footprint_edges;
 use super::primitives::roof_map::{NOTHING, RoofMap};
 use crate::solid::{Face, FootprintPolygon, Solid, SurfaceType, quantise_footprint};
 
-/// Parts of the outline, and holes in it, below this are strays and gaps between points, square metres.
+/// Parts of the outline beside a larger one, and holes in it, are strays and gaps between points below this, square
+/// metres.
 const SMALLEST: f64 = 4.0;
 /// How far the outline may leave that of the pixels, in pixels: enough to take the steps off a slanting edge.
 const SMOOTHING: f64 = 1.5;
@@ -70,7 +71,8 @@ pub(super) fn of_map(map: &RoofMap) -> MultiPolygon<f64> {
         }
     }
     let mut outline = footprint_edges::simplify(&geo::unary_union(&runs), SMOOTHING * map.pixel());
-    outline.0.retain(|polygon| polygon.unsigned_area() >= SMALLEST);
+    let largest = outline.iter().map(Area::unsigned_area).fold(0.0, f64::max);
+    outline.0.retain(|polygon| polygon.unsigned_area() >= SMALLEST.min(largest));
     for polygon in &mut outline.0 {
         let (exterior, mut holes) = std::mem::replace(polygon, geo::polygon![]).into_inner();
         holes.retain(|hole| geo::Polygon::new(hole.clone(), Vec::new()).unsigned_area() >= SMALLEST);
@@ -129,5 +131,7 @@ mod tests {
         assert_eq!((polygons.len(), polygons[0].len()), (1, 2));
         assert_eq!(notes, ["no footprint was given: LoD 0 and LoD 1.2 stand on the outline of the roofs"]);
         assert!(footprint(&[], None, [1e-4; 3], &mut notes).is_empty());
+        // A kiosk is no stray when there is nothing else.
+        assert_eq!(of_map(&map(|x, y| x < 1.5 && y < 1.5)).0.len(), 1);
     }
 }

@@ -152,4 +152,23 @@ fn a_single_object_without_a_footprint_closes() {
     let solid = only_solid(&building);
     let expected = 12.0 * (8.0 * 8.0 - 4.0 * 3.2);
     assert!((solid.volume() / expected - 1.0).abs() < 0.1, "{} {expected}", solid.volume());
+    // LoD 0 is what it stands on, and LoD 1.2 stands on that.
+    let area: f64 = 12.0 * 8.0;
+    let block = building.model.lod12().next().unwrap();
+    let ground = block.faces.iter().find(|face| block.kind(face) == SurfaceType::Ground).unwrap();
+    assert_eq!(building.model.footprint.len(), 1);
+    assert!((block.area(ground) / area - 1.0).abs() < 0.1, "{}", block.area(ground));
+    assert_eq!(building.notes, ["no footprint was given: LoD 0 and LoD 1.2 stand on the ground surfaces of the model"]);
+}
+
+#[test]
+fn coordinates_that_are_no_numbers_are_left_out() {
+    let mut house = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    let expected = reconstruct(&house, &Parameters::default());
+    let absurd = [[3.0, 3.0, f64::NAN], [f64::INFINITY, 3.0, 4.0], [3.0, 3.0, 1e300]];
+    house.points.extend(absurd.map(Point3::from));
+    let building = reconstruct(&house, &Parameters::default());
+    assert_eq!(building.model.parts, expected.model.parts);
+    assert_eq!(building.measures.points, expected.measures.points);
+    assert_eq!(building.notes, ["3 point(s) with coordinates that are absurd or no numbers: left out"]);
 }

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use super::draw::Draw;
 
 /// The most points of most buildings, and of the others; larger ones are scanned more thinly.
-const MOST_POINTS: [f64; 2] = [1_500.0, 15_000.0];
+const MOST_POINTS: [f64; 2] = [600.0, 12_000.0];
 
 /// A roof as a height above the plan.
 type Roof = Box<dyn Fn(f64, f64) -> Option<f64>>;
@@ -40,6 +40,7 @@ const ILLS: [&str; 18] = [
 pub struct Cloud {
     pub points: Vec<Point3<f64>>,
     pub ground: f64,
+    pub eaves: f64,
     pub roof: &'static str,
     pub ill: &'static str,
 }
@@ -49,14 +50,14 @@ pub fn cloud(footprint: &MultiPolygon<f64>, draw: &mut Draw) -> Cloud {
     let name = draw.of(&ROOFS);
     let ill = draw.of(&ILLS);
     let Some(rect) = footprint.bounding_rect() else {
-        return Cloud { points: Vec::new(), ground: 0.0, roof: name, ill };
+        return Cloud { points: Vec::new(), ground: 0.0, eaves: 0.0, roof: name, ill };
     };
     let base = draw.of(&[0.0, 0.0, -4.0, 450.0, 3000.0]);
     let eaves = base + draw.across(0.5, 30.0);
     let centre = [rect.center().x, rect.center().y];
     let size = rect.width().max(rect.height()) / 2.0;
     let roof = roof(name, centre, size, eaves, draw);
-    let most = MOST_POINTS[usize::from(draw.chance(0.08))];
+    let most = MOST_POINTS[usize::from(draw.chance(0.04))];
     let density = draw.across(0.3, 60.0).min(most / (rect.width() * rect.height()));
     let noise = draw.of(&[0.0, 0.01, 0.03, 0.1, 0.5]);
     let count = (density * rect.width() * rect.height()).ceil() as usize;
@@ -72,7 +73,7 @@ pub fn cloud(footprint: &MultiPolygon<f64>, draw: &mut Draw) -> Cloud {
     if points.is_empty() && footprint.unsigned_area() > 0.0 {
         points.push(Point3::new(centre[0], centre[1], eaves));
     }
-    spoil(&mut points, ill, eaves, draw);
+    spoil(&mut points, ill, [base, eaves], draw);
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     if ill != "duplicates" {
         points.dedup();
@@ -84,7 +85,7 @@ pub fn cloud(footprint: &MultiPolygon<f64>, draw: &mut Draw) -> Cloud {
         2 => base - draw.between(0.0, 200.0),
         _ => base + draw.between(-0.5, 0.5),
     };
-    Cloud { points, ground, roof: name, ill }
+    Cloud { points, ground, eaves, roof: name, ill }
 }
 
 fn roof(name: &str, [cx, cy]: [f64; 2], size: f64, eaves: f64, draw: &mut Draw) -> Roof {
@@ -140,7 +141,7 @@ fn roof(name: &str, [cx, cy]: [f64; 2], size: f64, eaves: f64, draw: &mut Draw) 
     }
 }
 
-fn spoil(points: &mut Vec<Point3<f64>>, ill: &str, eaves: f64, draw: &mut Draw) {
+fn spoil(points: &mut Vec<Point3<f64>>, ill: &str, [base, eaves]: [f64; 2], draw: &mut Draw) {
     let Some(&first) = points.first() else { return };
     let middle = points[points.len() / 2];
     match ill {
@@ -161,7 +162,9 @@ fn spoil(points: &mut Vec<Point3<f64>>, ill: &str, eaves: f64, draw: &mut Draw) 
         }
         "line" => {
             let lean = draw.of(&[0.0, 0.5, 1.0]);
-            points.iter_mut().for_each(|p| *p = Point3::new(p.x, middle.y, eaves + lean * (p.x - middle.x)));
+            for p in points.iter_mut() {
+                *p = Point3::new(p.x, middle.y, eaves + lean * (p.x - middle.x));
+            }
         }
         "three" => points.truncate(3),
         "one" => points.truncate(1),
@@ -169,7 +172,7 @@ fn spoil(points: &mut Vec<Point3<f64>>, ill: &str, eaves: f64, draw: &mut Draw) 
         "place" => points.iter_mut().for_each(|p| *p = first),
         "walls" => {
             for p in points.iter_mut() {
-                *p = Point3::new(middle.x + 0.02 * draw.normal(), p.y, eaves * draw.unit());
+                *p = Point3::new(middle.x + 0.02 * draw.normal(), p.y, draw.between(base, eaves));
             }
         }
         "noise" => points.iter_mut().for_each(|p| p.z = eaves + 20.0 * draw.unit()),

@@ -7,13 +7,15 @@
 //! GABLE_RANDOM_COUNT=100000 cargo test --release --test random -- --nocapture
 //! ```
 //!
-//! from number `GABLE_RANDOM_FIRST` on, by `GABLE_RANDOM_THREADS` threads. What breaks a rule is named by its number.
+//! from number `GABLE_RANDOM_FIRST` on, by `GABLE_RANDOM_THREADS` threads; outcomes that hold the text of
+//! `GABLE_RANDOM_SHOW` are listed. What breaks a rule is named by its number; with a count of 1 a building is shown whole.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
 mod clouds;
 mod draw;
 mod footprints;
+mod overlap;
 mod rules;
 
 use std::collections::BTreeMap;
@@ -28,7 +30,7 @@ use serde_json::Map;
 use draw::Draw;
 
 /// How many buildings the test runs.
-const COUNT: u64 = 600;
+const COUNT: u64 = 1000;
 
 /// A random site and what it is.
 struct Case {
@@ -59,7 +61,8 @@ fn case(number: u64) -> Case {
         attributes: Map::new(),
     };
     let bare = if is_bare { "no footprint" } else { shape };
-    let name = format!("{bare}, {}, {}{}", cloud.roof, cloud.ill, if far == 0.0 { "" } else { ", far" });
+    let far = if far == 0.0 { "" } else { ", far" };
+    let name = format!("{bare}, {} {:.2} m above ground, {}{far}", cloud.roof, cloud.eaves - cloud.ground, cloud.ill);
     Case { site, name }
 }
 
@@ -75,9 +78,11 @@ fn from_environment(name: &str, default: u64) -> u64 {
 fn random_buildings_keep_the_rules() {
     let count = from_environment("GABLE_RANDOM_COUNT", COUNT);
     let first = from_environment("GABLE_RANDOM_FIRST", 0);
+    let shown = std::env::var("GABLE_RANDOM_SHOW");
     let threads = from_environment("GABLE_RANDOM_THREADS", 2);
     let next = AtomicU64::new(first);
-    let tally: Mutex<BTreeMap<String, usize>> = Mutex::default();
+    // Outcomes, how often they came, and the first number of each.
+    let tally: Mutex<BTreeMap<String, (usize, u64)>> = Mutex::default();
     let broken: Mutex<Vec<String>> = Mutex::default();
     let slowest: Mutex<(u128, u64)> = Mutex::default();
     std::thread::scope(|scope| {
@@ -88,12 +93,23 @@ fn random_buildings_keep_the_rules() {
                     if number >= first + count {
                         break;
                     }
+                    if number > first && (number - first).is_multiple_of(5000) {
+                        eprintln!("{} buildings", number - first);
+                    }
                     let case = case(number);
-                    let judged = rules::judge(&case.site, number % 50 == 0);
+                    if count == 1 {
+                        println!("{}: {:?}", case.name, case.site.footprint);
+                    }
+                    let judged = rules::judge(&case.site, number.is_multiple_of(50));
                     let mut worst = slowest.lock().unwrap_or_else(PoisonError::into_inner);
                     *worst = (*worst).max((judged.time.as_millis(), number));
                     drop(worst);
-                    *tally.lock().unwrap_or_else(PoisonError::into_inner).entry(judged.outcome).or_default() += 1;
+                    if shown.as_ref().is_ok_and(|text| judged.outcome.contains(text.as_str())) {
+                        println!("{number} ({}): {}", case.name, judged.outcome);
+                    }
+                    let mut counts = tally.lock().unwrap_or_else(PoisonError::into_inner);
+                    counts.entry(judged.outcome).or_insert((0, number)).0 += 1;
+                    drop(counts);
                     for breach in judged.breaches {
                         let line = format!("{number} ({}): {breach}", case.name);
                         eprintln!("{line}");
@@ -103,8 +119,8 @@ fn random_buildings_keep_the_rules() {
             });
         }
     });
-    for (outcome, count) in tally.into_inner().unwrap() {
-        println!("{count:>8}  {outcome}");
+    for (outcome, (count, number)) in tally.into_inner().unwrap() {
+        println!("{count:>8}  {outcome} (such as {number})");
     }
     let (slowest, number) = slowest.into_inner().unwrap();
     println!("slowest: {slowest} ms, number {number}");

@@ -3,12 +3,15 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use gable::building::{Building, Outcome, Reason};
+use gable::building::{Building, Outcome, Reason, Setback};
 use gable::reconstruct::{Parameters, reconstruct};
 use gable::report::{Scope, Stopwatch};
 use gable::site::Site;
 use gable::solid::Solid;
+
 use gable::validate::{Tolerances, check};
+
+use super::overlap;
 
 /// The most processor time that a building of the harness may take.
 const LONGEST: Duration = Duration::from_secs(2);
@@ -38,6 +41,10 @@ pub fn judge(site: &Site, again: bool) -> Judged {
     if time > LONGEST {
         breaches.push(format!("took {} ms", time.as_millis()));
     }
+    // One building alone is looked at by a person.
+    if std::env::var_os("GABLE_RANDOM_COUNT").is_some_and(|count| count == "1") {
+        println!("{:#?}\n{:#?}\n{:?}", building.outcome, building.measures, building.notes);
+    }
     if again && reconstruct(site, &parameters).model.parts != building.model.parts {
         breaches.push("another model on the second run".into());
     }
@@ -45,10 +52,20 @@ pub fn judge(site: &Site, again: bool) -> Judged {
 }
 
 fn outcome(building: &Building) -> String {
+    let setbacks = &building.measures.setbacks;
     let reasons: Vec<String> =
-        building.measures.setbacks.iter().map(|setback| format!("{:?} {:?}", setback.reason, setback.codes)).collect();
+        setbacks.iter().map(|setback| format!("{:?} {}", setback.reason, of_kind(setback))).collect();
     let step = building.ladder_step().map_or("none".into(), |step| format!("{step:?}"));
     format!("{step:<13} {}", reasons.join(" > "))
+}
+
+/// The codes of a setback, or else its detail without the figures in it.
+fn of_kind(setback: &Setback) -> String {
+    if !setback.codes.is_empty() {
+        return format!("{:?}", setback.codes);
+    }
+    let words = setback.detail.split(' ').filter(|word| !word.contains(|c: char| c.is_ascii_digit()));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 fn breaches(site: &Site, building: &Building) -> Vec<String> {
@@ -69,6 +86,15 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
         }
         if solid.faces.iter().any(|face| face.surface as usize >= solid.surfaces.len()) {
             breaches.push(format!("LoD {lod}: a face without a surface"));
+        }
+    }
+    for (lod, solids) in [("1.2", model.lod12().collect::<Vec<_>>()), ("2.2", model.lod22().collect::<Vec<_>>())] {
+        for (i, a) in solids.iter().enumerate() {
+            for b in &solids[i + 1..] {
+                if overlap::overlap(a, b) {
+                    breaches.push(format!("LoD {lod}: parts overlap"));
+                }
+            }
         }
     }
     let (solids, blocks) = (model.lod22().count(), model.lod12().count());
