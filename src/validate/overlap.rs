@@ -12,7 +12,7 @@ use crate::solid::Solid;
 
 /// An overlap of two solids.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Overlap {
+pub struct Overlap {
     /// A lower bound of its thickness, metres.
     pub depth: f64,
     /// A place inside, in metres of the local frame.

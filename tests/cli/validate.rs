@@ -20,7 +20,7 @@ fn opened(folder: &Path) -> PathBuf {
     let mut lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let objects = lines[3]["CityObjects"].as_object_mut().unwrap();
     let part = objects.values_mut().find(|object| object["type"] == "BuildingPart").unwrap();
-    let solid = part["geometry"].as_array_mut().unwrap().iter_mut().find(|g| g["lod"] == "2.2").unwrap();
+    let solid = part["geometry"].as_array_mut().unwrap().iter_mut().find(|g| g["lod"] == 2.2).unwrap();
     solid["boundaries"][0].as_array_mut().unwrap().remove(0);
     solid["semantics"]["values"][0].as_array_mut().unwrap().remove(0);
     let path = folder.join("opened.city.jsonl");
