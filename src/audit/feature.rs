@@ -77,7 +77,7 @@ pub(super) fn check(model: &CityModel, grid: &Grid, group: &[&CityObject], optio
             primitives.push(Primitive { object, geometry, id, solids, valid });
         }
     }
-    errors.extend(overlaps(&primitives, options));
+    errors.extend(overlaps(&primitives, &grid, options));
     semantic_errors.extend(attributes::check(&primitives, group, &grid));
     let top = group.first();
     Feature {
@@ -216,7 +216,7 @@ pub(super) fn label(geometry: &Geometry, face: &Face) -> Label {
 }
 
 /// 601: valid solids of one level of detail that overlap though they belong to different objects of a building.
-fn overlaps(primitives: &[Primitive], options: &Options) -> Vec<Finding> {
+fn overlaps(primitives: &[Primitive], grid: &Grid, options: &Options) -> Vec<Finding> {
     let solid = |p: &&Primitive| p.valid && is_building(p.object) && p.geometry.kind == GeometryKind::Solid;
     let solids: Vec<&Primitive> = primitives.iter().filter(solid).collect();
     let mut found = Vec::new();
@@ -226,8 +226,10 @@ fn overlaps(primitives: &[Primitive], options: &Options) -> Vec<Finding> {
                 continue;
             }
             let (Some(one), Some(other)) = (earlier.solids.first(), later.solids.first()) else { continue };
-            if let Some(fault) = composite::check_parts(one, other, options.overlap) {
-                found.push(Finding::new(601, &later.id, format!("with {}: {}", earlier.id, fault.message)));
+            if let Some(overlap) = composite::check_parts(one, other, options.overlap) {
+                let ([x, y, z], depth) = (grid.to_crs(overlap.at), overlap.depth);
+                let info = format!("overlaps {} by {depth:.4} m or more, at ({x:.3}, {y:.3}, {z:.3})", earlier.id);
+                found.push(Finding::new(601, &later.id, info));
             }
         }
     }

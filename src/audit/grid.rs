@@ -43,6 +43,11 @@ impl Grid {
         Self { origin: self.number(vertex).unwrap_or_default(), ..self }
     }
 
+    /// A place in metres from the origin of the grid in CRS coordinates.
+    pub fn to_crs(self, metres: [f64; 3]) -> [f64; 3] {
+        self.transform.apply(std::array::from_fn(|i| self.origin[i] as f64 + metres[i] / self.step[i]))
+    }
+
     /// Height of a place on the grid in the vertical unit of the CRS.
     pub fn height(&self, z: i64) -> f64 {
         (z + self.origin[2]) as f64 * self.transform.scale[2] + self.transform.translate[2]

@@ -6,6 +6,10 @@
 //! on the coarsest decimal grid that holds them, at most six decimals of its unit. As in val3dity, vertices nearer than the
 //! snap tolerance are one, the first of them; the level above is checked where the one below is sound.
 //!
+//! An intersection (306) is one of the faces as they stand in the file, however small: no tolerance is known to the programs
+//! that will read it. On a grid of 1 mm the rounding of two narrow faces beside each other can make one (once in the 4 400
+//! solids of five 3DBAG tiles, whose maker had checked them before they were rounded).
+//!
 //! What labels and attributes say of the geometry is checked too and kept apart, because val3dity would not call it invalid.
 
 mod attributes;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+pub use super::overlap::Overlap;
 use super::overlap::{near, overlap};
 use super::triangles::{Triangle, triangles_of};
 use super::voids::same;
@@ -47,14 +48,11 @@ pub fn check(solids: &[Vec<Solid>], tolerance: f64) -> Vec<SolidFault> {
     faults
 }
 
-/// 601 where two parts of a building, each its shells and sound by itself, overlap by more than `tolerance` metres. The
-/// vertices of parts are rounded one by one: without a tolerance, parts that touch along a slanted wall overlap.
-pub fn check_parts(one: &[Solid], other: &[Solid], tolerance: f64) -> Option<Fault> {
-    let found = overlap(one, other, tolerance)?;
-    let [x, y, z] = found.at;
-    let message =
-        format!("the parts overlap by {:.4} m at least, at ({x:.3}, {y:.3}, {z:.3}) of the grid", found.depth);
-    Some(Fault::new(601, Place::Solid, message))
+/// The fault 601: how two parts of a building, each its shells, sound by itself and on one grid, overlap, if they do by more
+/// than `tolerance` metres. The vertices of parts are rounded one by one: without a tolerance, parts that touch along a
+/// slanted wall overlap.
+pub fn check_parts(one: &[Solid], other: &[Solid], tolerance: f64) -> Option<Overlap> {
+    overlap(one, other, tolerance)
 }
 
 fn join(set: &mut [usize], i: usize, j: usize) {

@@ -12,7 +12,7 @@ use crate::solid::Solid;
 
 /// An overlap of two solids.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Overlap {
+pub struct Overlap {
     /// A lower bound of its thickness, metres.
     pub depth: f64,
     /// A place inside, in metres of the local frame.
@@ -56,8 +56,10 @@ fn hand(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
 type Bounds = [[f64; 2]; 3];
 
 /// The deepest overlap found of two solids, each its shells on one and the same grid, if it is thicker than `tolerance`
-/// metres.
+/// metres and the rounding of the two: each vertex is off by up to half the diagonal of a grid cell.
 pub(super) fn overlap(a: &[Solid], b: &[Solid], tolerance: f64) -> Option<Overlap> {
+    let diagonal = a.first()?.step.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let tolerance = tolerance + diagonal;
     let (of_a, of_b) = (bounds(a)?, bounds(b)?);
     let common: Bounds = std::array::from_fn(|i| [of_a[i][0].max(of_b[i][0]), of_a[i][1].min(of_b[i][1])]);
     if common.iter().any(|[low, high]| high - low <= tolerance) {
@@ -164,7 +166,11 @@ fn in_slab(slopes: &[Slope], [from, to]: [f64; 2], depth: f64, tolerance: f64) -
             let corner = |x: f64, y: f64| [0.9 * x + 0.1 * centre[0], 0.9 * y + 0.1 * centre[1]];
             let ends = [(from, 0, 0), (from, 1, 0), (to, 0, 2), (to, 1, 2)];
             let corners = ends.map(|(x, line, end): (f64, usize, usize)| corner(x, pair[line][end]));
-            above(&active, centre, corners)
+            // No thicker than the trapezoid is wide across its steeper side.
+            let steepest = pair.iter().map(|line| (line[2] - line[0]).abs() / (to - from)).fold(0.0, f64::max);
+            let width = ((pair[1][1] - pair[0][1]) / steepest.hypot(1.0)).min(to - from);
+            let found = above(&active, centre, corners)?;
+            Some(Overlap { depth: found.depth.min(width), ..found })
         })
         .collect()
 }

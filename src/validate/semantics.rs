@@ -11,9 +11,8 @@ const STANDS: f64 = 0.173_648;
 /// A roof faces up up to this slope, 89°: some makers label steep parts of a roof as roof.
 const FACES_UP: f64 = 0.017_452;
 
-/// The faults of the labels of a sound shell that looks outwards, one label a face (`None` for those that say nothing of
-/// where a face looks): 802 a roof does not face up, 803 a wall does not stand, 804 a ground or an outer ceiling does not
-/// face down. `labelled` is false for faces without any label: 801.
+/// The faults of the labels of a sound shell that looks outwards: 801 a face has none, 802 a roof does not face up, 803 a wall
+/// does not stand, 804 a ground or an outer ceiling does not face down.
 ///
 /// What the rounding of the vertices may have turned is given the benefit of the doubt.
 pub fn check(shell: &Solid, label: impl Fn(&Face) -> Label) -> Vec<Fault> {

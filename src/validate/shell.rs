@@ -58,16 +58,12 @@ fn pair(halves: &[Half], closed: bool, faults: &mut Vec<Fault>) {
     for edge in order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let (a, b, _) = edge[0];
         let place = Place::Edge(a, b);
-        let mut uses: Vec<&Half> = edge.iter().map(|&(.., i)| &halves[i]).collect();
-        if uses.len() > 2 {
-            cancel(&mut uses);
-        }
-        match uses[..] {
+        let mut judge = |uses: &[&Half]| match uses {
             [] => {}
             [_] if !closed => {}
             [half] => {
-                let face = half.face;
-                faults.push(Fault::new(302, place, format!("the shell is open: only face {face} has the edge")));
+                let message = format!("the shell is open: only face {} has the edge", half.face);
+                faults.push(Fault::new(302, place, message));
             }
             [one, other] => {
                 if one.from == other.from {
@@ -76,6 +72,15 @@ fn pair(halves: &[Half], closed: bool, faults: &mut Vec<Fault>) {
                 }
             }
             _ => faults.push(Fault::new(303, place, format!("{} faces have the edge", uses.len()))),
+        };
+        match *edge {
+            [(.., i)] => judge(&[&halves[i]]),
+            [(.., i), (.., j)] => judge(&[&halves[i], &halves[j]]),
+            _ => {
+                let mut uses = edge.iter().map(|&(.., i)| &halves[i]).collect();
+                cancel(&mut uses);
+                judge(&uses);
+            }
         }
     }
 }
