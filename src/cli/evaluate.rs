@@ -1,12 +1,10 @@
 //! `gable evaluate`: how good is a city model.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::Outcome;
-use super::output::{print, say, table, thousands};
-use crate::error::{Error, InputError, Result};
+use super::output::{print, say, table, thousands, write_json};
+use crate::error::{InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
     TileFilter, Typical, read_shapes,
@@ -109,13 +107,6 @@ fn read_reference(path: &Path, model: &ModelFile, args: &Args) -> Result<ModelFi
         .into());
     }
     Ok(reference)
-}
-
-fn write_json(path: &Path, evaluation: &Evaluation) -> Result<()> {
-    let write = |e: std::io::Error| Error::io(path, "write", e);
-    let mut file = BufWriter::new(File::create(path).map_err(write)?);
-    serde_json::to_writer_pretty(&mut file, evaluation).map_err(|e| write(e.into()))?;
-    file.write_all(b"\n").and_then(|()| file.flush()).map_err(write)
 }
 
 /// The evaluation for a person.

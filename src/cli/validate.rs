@@ -1,17 +1,16 @@
 //! `gable validate`: is a city model valid.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Outcome;
-use super::output::{counted, print, say, table, thousands};
+use super::output::{counted, print, say, table, thousands, write_json};
 use crate::audit::{Finding, Options, Report, audit};
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::validate::{Tolerances, codes};
 
 /// The exit code when all files were checked and something in them is invalid.
@@ -91,7 +90,11 @@ pub fn main(args: &Args) -> Outcome {
         }
     }
     if let Some(path) = &args.json {
-        write_json(path, &reports)?;
+        // One report as it is; several as a list.
+        match &reports[..] {
+            [one] => write_json(path, one)?,
+            several => write_json(path, &several)?,
+        }
     }
     if reports.len() < args.files.len() {
         return Ok(super::FAILURE);
@@ -162,18 +165,6 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
     }
-}
-
-/// One report as it is; several as a list.
-fn write_json(path: &Path, reports: &[Report]) -> Result<()> {
-    let write = |e: std::io::Error| Error::io(path, "write", e);
-    let mut file = BufWriter::new(File::create(path).map_err(write)?);
-    match reports {
-        [one] => serde_json::to_writer_pretty(&mut file, one),
-        several => serde_json::to_writer_pretty(&mut file, several),
-    }
-    .map_err(|e| write(e.into()))?;
-    file.write_all(b"\n").and_then(|()| file.flush()).map_err(write)
 }
 
 /// A report for a person.
