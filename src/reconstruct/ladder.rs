@@ -4,11 +4,14 @@
 //! Coarser tolerances help because what fails is almost always a feature near their size: two planes that nearly
 //! coincide, a jog of a few centimetres, a roof of a dozen points. Then the coarser model lacks that feature, but stands.
 
+use std::slice::from_ref;
+
 use nalgebra::Point3;
 
 use super::{Attempt, Failure, Parameters};
 use crate::building::{LadderStep, Reason, Setback};
 use crate::solid::Solid;
+use crate::validate::composite;
 
 /// No part of a model is higher than this above the highest point of its building, metres.
 pub const MOST_ABOVE_POINTS: f64 = 0.5;
@@ -82,6 +85,20 @@ pub(super) fn check_top(solids: &[Solid], points: &[Point3<f64>]) -> Result<(), 
     }
     let detail = format!("the model would rise {:.2} m above the highest point", top - highest);
     Err(Failure::new(Reason::AboveEvidence, detail))
+}
+
+/// Refuses solids that overlap by more than a millimetre (601): parts of a building may touch only.
+pub(super) fn check_parts(solids: &[Solid]) -> Result<(), Failure> {
+    const TOLERANCE: f64 = 0.001;
+    for (i, one) in solids.iter().enumerate() {
+        for other in &solids[i + 1..] {
+            if let Some(found) = composite::check_parts(from_ref(one), from_ref(other), TOLERANCE) {
+                let detail = format!("two parts would overlap by {:.4} m", found.depth);
+                return Err(Failure { codes: vec![601], ..Failure::new(Reason::InvalidSolid, detail) });
+            }
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -162,5 +179,17 @@ mod tests {
             (failure.reason, &failure.detail[..]),
             (Reason::AboveEvidence, "the model would rise 0.51 m above the highest point")
         );
+    }
+
+    #[test]
+    fn parts_may_touch_but_not_overlap() {
+        let step = 1e-4;
+        let part = |from: i64, to: i64| {
+            let ring = vec![[from, 0], [to, 0], [to, 40_000], [from, 40_000]];
+            crate::reconstruct::blocks::block(&vec![ring], 0, 30_000, [step; 3]).unwrap()
+        };
+        assert!(check_parts(&[part(0, 50_000), part(50_000, 90_000)]).is_ok());
+        let refused = check_parts(&[part(0, 50_000), part(49_000, 90_000)]).unwrap_err();
+        assert_eq!((refused.reason, refused.codes), (Reason::InvalidSolid, vec![601]));
     }
 }

@@ -209,6 +209,7 @@ fn lod22(
     if solids.is_empty() {
         return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
     }
+    ladder::check_parts(&solids)?;
     ladder::check_top(&solids, &site.points)?;
     measures.roof_type = measures::roof_type(&solids);
     measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
