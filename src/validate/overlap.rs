@@ -38,6 +38,12 @@ impl Slope {
         1.0 / (1.0 + self.plane[0] * self.plane[0] + self.plane[1] * self.plane[1]).sqrt()
     }
 
+    /// Swaps x and y.
+    fn turn(&mut self) {
+        self.corners.iter_mut().for_each(|p| p.swap(0, 1));
+        self.plane.swap(0, 1);
+    }
+
     fn holds(&self, p: [f64; 2]) -> bool {
         let hands = edges(&self.corners).map(|(a, b)| hand(a, b, p));
         let (mut left, mut right) = (true, true);
@@ -72,17 +78,28 @@ pub(super) fn overlap(a: &[Solid], b: &[Solid], tolerance: f64) -> Option<Overla
     for (solid, shells) in [a, b].into_iter().enumerate() {
         slopes.extend(shells.iter().flat_map(|shell| slopes_of(shell, solid, origin, size)));
     }
-    let mut deepest: Option<Overlap> = None;
-    let cuts = cuts(&slopes, size);
-    for slab in cuts.windows(2).filter(|slab| slab[1] - slab[0] > tolerance) {
-        for found in in_slab(&slopes, [slab[0], slab[1]], size[1], tolerance) {
-            if found.depth > deepest.map_or(tolerance, |d| d.depth) {
-                deepest = Some(found);
-            }
+    // Thinness across the slabs shows only when they are cut the other way.
+    let [along_x, along_y] = [false, true].map(|turned| {
+        if turned {
+            slopes.iter_mut().for_each(Slope::turn);
         }
-    }
-    deepest.map(|found| Overlap { at: std::array::from_fn(|i| found.at[i] + origin[i]), ..found })
+        let size = if turned { [size[1], size[0]] } else { [size[0], size[1]] };
+        swept(&slopes, size, tolerance)
+    });
+    let (found, other) = (along_x?, along_y?);
+    Some(Overlap { at: std::array::from_fn(|i| found.at[i] + origin[i]), depth: found.depth.min(other.depth) })
 }
+
+/// The deepest overlap above the slabs of a rectangle, if it is thicker than the tolerance.
+fn swept(slopes: &[Slope], size: [f64; 2], tolerance: f64) -> Option<Overlap> {
+    let cuts = cuts(slopes, size[0]);
+    let slabs = cuts.windows(2).filter(|slab| slab[1] - slab[0] > NARROW);
+    let found = slabs.filter_map(|slab| in_slab(slopes, [slab[0], slab[1]], size[1], tolerance));
+    found.max_by(|a, b| a.depth.total_cmp(&b.depth))
+}
+
+/// Slabs narrower than this are rounding of floating point, metres.
+const NARROW: f64 = 1e-7;
 
 /// Whether the boxes of two solids are no farther apart than the tolerance.
 pub(super) fn near(a: &[Solid], b: &[Solid], tolerance: f64) -> bool {
@@ -120,12 +137,12 @@ fn slopes_of(shell: &Solid, solid: usize, origin: [f64; 3], size: [f64; 3]) -> V
 }
 
 /// Where the slabs begin and end: the ends of the rectangle, the corners and the crossings of the edges.
-fn cuts(slopes: &[Slope], size: [f64; 3]) -> Vec<f64> {
+fn cuts(slopes: &[Slope], length: f64) -> Vec<f64> {
     let mut sides: Vec<[[f64; 2]; 2]> =
         slopes.iter().flat_map(|s| edges(&s.corners).map(|(a, b)| if a < b { [a, b] } else { [b, a] })).collect();
     sides.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     sides.dedup();
-    let mut cuts = vec![0.0, size[0]];
+    let mut cuts = vec![0.0, length];
     cuts.extend(sides.iter().flatten().map(|p| p[0]));
     for (i, &[a, b]) in sides.iter().enumerate() {
         for &[c, d] in sides[i + 1..].iter().take_while(|s| s[0][0] < b[0]) {
@@ -135,18 +152,18 @@ fn cuts(slopes: &[Slope], size: [f64; 3]) -> Vec<f64> {
             }
         }
     }
-    cuts.retain(|x| (0.0..=size[0]).contains(x));
+    cuts.retain(|x| (0.0..=length).contains(x));
     cuts.sort_by(f64::total_cmp);
     cuts
 }
 
-/// The overlap above each trapezoid of a slab.
-fn in_slab(slopes: &[Slope], [from, to]: [f64; 2], depth: f64, tolerance: f64) -> Vec<Overlap> {
+/// The deepest overlap above a slab: no deeper than the neighbouring trapezoids with overlap are wide together.
+fn in_slab(slopes: &[Slope], [from, to]: [f64; 2], depth: f64, tolerance: f64) -> Option<Overlap> {
     let middle = f64::midpoint(from, to);
     let spans = |s: &&Slope| s.corners.iter().any(|p| p[0] < middle) && s.corners.iter().any(|p| p[0] > middle);
     let active: Vec<&Slope> = slopes.iter().filter(spans).collect();
     if (0..2).any(|solid| active.iter().all(|s| s.solid != solid)) {
-        return Vec::new();
+        return None;
     }
     // Each line as its heights at the beginning, in the middle and at the end of the slab.
     let at = |x: f64, a: [f64; 2], b: [f64; 2]| a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]);
@@ -158,21 +175,27 @@ fn in_slab(slopes: &[Slope], [from, to]: [f64; 2], depth: f64, tolerance: f64) -
     }
     lines.retain(|line| (0.0..=depth).contains(&line[1]));
     lines.sort_by(|a, b| a[1].total_cmp(&b[1]));
-    let trapezoids = lines.windows(2).filter(|pair| pair[1][1] - pair[0][1] > tolerance);
-    trapezoids
-        .filter_map(|pair| {
-            let centre = [middle, f64::midpoint(pair[0][1], pair[1][1])];
-            // Towards the corners, but not onto them.
-            let corner = |x: f64, y: f64| [0.9 * x + 0.1 * centre[0], 0.9 * y + 0.1 * centre[1]];
-            let ends = [(from, 0, 0), (from, 1, 0), (to, 0, 2), (to, 1, 2)];
-            let corners = ends.map(|(x, line, end): (f64, usize, usize)| corner(x, pair[line][end]));
-            // No thicker than the trapezoid is wide across its steeper side.
-            let steepest = pair.iter().map(|line| (line[2] - line[0]).abs() / (to - from)).fold(0.0, f64::max);
-            let width = ((pair[1][1] - pair[0][1]) / steepest.hypot(1.0)).min(to - from);
-            let found = above(&active, centre, corners)?;
-            Some(Overlap { depth: found.depth.min(width), ..found })
-        })
-        .collect()
+    let mut best: Option<Overlap> = None;
+    let mut run: Option<(f64, Overlap)> = None;
+    for pair in lines.windows(2).filter(|pair| pair[1][1] - pair[0][1] > NARROW) {
+        let centre = [middle, f64::midpoint(pair[0][1], pair[1][1])];
+        // Towards the corners, but not onto them.
+        let corner = |x: f64, y: f64| [0.9 * x + 0.1 * centre[0], 0.9 * y + 0.1 * centre[1]];
+        let ends = [(from, 0, 0), (from, 1, 0), (to, 0, 2), (to, 1, 2)];
+        let corners = ends.map(|(x, line, end): (f64, usize, usize)| corner(x, pair[line][end]));
+        let steepest = pair.iter().map(|line| (line[2] - line[0]).abs() / (to - from)).fold(0.0, f64::max);
+        let width = (pair[1][1] - pair[0][1]) / steepest.hypot(1.0);
+        run = match (above(&active, centre, corners).filter(|found| found.depth > tolerance), run) {
+            (None, _) => None,
+            (Some(found), None) => Some((width, found)),
+            (Some(found), Some((before, known))) => {
+                Some((before + width, if found.depth > known.depth { found } else { known }))
+            }
+        };
+        let thick = run.map(|(width, found)| Overlap { depth: found.depth.min(width), ..found });
+        best = [best, thick].into_iter().flatten().max_by(|a, b| a.depth.total_cmp(&b.depth));
+    }
+    best.filter(|found| found.depth > tolerance)
 }
 
 /// The deepest overlap above the centre and the corners of a trapezoid.
