@@ -212,16 +212,7 @@ fn outline_of(geometry: &Geometry<'_>, of_layer: GeometryType) -> Result<Outline
     let mut others = Vec::new();
     let kind = if of_layer == GeometryType::Unknown { geometry.type_() } else { of_layer };
     collect(geometry, kind, &mut outline, &mut others)?;
-    match (outline.polygons.is_empty(), others.is_empty()) {
-        (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
-        (_, true) => Ok(outline),
-        (false, false) => {
-            outline
-                .notes
-                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
-            Ok(outline)
-        }
-    }
+    outline.beside(&others)
 }
 
 /// Takes the polygons of a geometry and the names of what else it holds. The depth of the recursion is bounded by the

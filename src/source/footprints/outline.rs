@@ -43,6 +43,21 @@ impl From<&MultiPolygon<f64>> for Outline {
 }
 
 impl Outline {
+    /// The outline of a geometry that held `others` beside its polygons: a note says so, and without any polygon it is none.
+    ///
+    /// # Errors
+    /// Why the geometry is no footprint.
+    pub fn beside(mut self, others: &[&str]) -> Result<Self, String> {
+        if others.is_empty() {
+            return Ok(self);
+        }
+        if self.polygons.is_empty() {
+            return Err(format!("its geometry is a {}, not a polygon", others.join(" with ")));
+        }
+        self.notes.push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
+        Ok(self)
+    }
+
     /// Valid polygons with counter-clockwise exteriors, and what was repaired. What is valid keeps its coordinates to
     /// the last bit.
     ///

@@ -37,17 +37,8 @@ pub(super) fn outline(blob: &[u8]) -> Result<Outline, String> {
         return Err(unusable);
     }
     read.map_err(|error| format!("its geometry cannot be understood: {error}"))?;
-    let Polygons { mut outline, others, .. } = polygons;
-    match (outline.polygons.is_empty(), others.is_empty()) {
-        (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
-        (_, true) => Ok(outline),
-        (false, false) => {
-            outline
-                .notes
-                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
-            Ok(outline)
-        }
-    }
+    let Polygons { outline, others, .. } = polygons;
+    outline.beside(&others)
 }
 
 /// Collects polygons and the names of whatever else there is. It reserves no memory on the word of a file.

@@ -238,16 +238,7 @@ fn outline_of(geometry: Value) -> Result<Outline, String> {
     let mut outline = Outline::default();
     let mut others = Vec::new();
     collect(geometry.value, &mut outline, &mut others)?;
-    match (outline.polygons.is_empty(), others.is_empty()) {
-        (true, false) => Err(format!("its geometry is a {}, not a polygon", others.join(" with "))),
-        (_, true) => Ok(outline),
-        (false, false) => {
-            outline
-                .notes
-                .push(format!("of a GeometryCollection the polygons were taken, not the {}", others.join(", ")));
-            Ok(outline)
-        }
-    }
+    outline.beside(&others)
 }
 
 /// Takes the polygons of a geometry and the names of what else it holds.
