@@ -27,7 +27,8 @@ const JUMP_MARGIN: f64 = 0.4;
 const SAME_LINE: f64 = 0.35;
 
 /// All planes that cut the box, and the evidence about the roof.
-pub(super) struct Hypotheses {
+#[derive(Debug)]
+pub struct Hypotheses {
     /// Detected roofs first, in the order of detection, then walls.
     pub primitives: Vec<Primitive>,
     /// How many primitives were detected.
@@ -42,6 +43,9 @@ pub(super) struct Hypotheses {
 
 impl Hypotheses {
     /// Detects the roofs and concludes the walls.
+    ///
+    /// # Errors
+    /// Fails where the points show no roof above the ground.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
         let detection = primitives::detect(&site.points, parameters, seed(&site.id));
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
