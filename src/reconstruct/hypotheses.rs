@@ -14,7 +14,7 @@ use crate::geometry::{Aabb, Plane};
 use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
-const WALL_VERTICALITY: f64 = 0.9;
+pub(super) const WALL_VERTICALITY: f64 = 0.9;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
 const SIDE_MARGIN: f64 = 1.0;
 /// The box reaches so far above the highest roof point, metres: no plane can shoot up further than that.
@@ -188,6 +188,6 @@ fn roof_directions(roofs: &[Primitive]) -> Vec<nalgebra::Vector2<f64>> {
 }
 
 /// FNV-1a of the building id: the seed of everything random about the building.
-fn seed(id: &str) -> u64 {
+pub(super) fn seed(id: &str) -> u64 {
     id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

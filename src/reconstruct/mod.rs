@@ -6,6 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
+mod decision;
 mod hypotheses;
 pub mod labelling;
 mod ladder;
@@ -32,19 +33,21 @@ use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
 use complex::OUTSIDE;
+use decision::Decision;
 use labelling::Evidence;
-use occupancy::{HeightField, Occupancy};
+use occupancy::Occupancy;
 use surface::Labelled;
 
-/// Reconstructs one building. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
+/// Reconstructs one building; `field` says how much its cells are inside. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
 /// and the reason.
 ///
 /// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
 /// [`Measures::setbacks`].
-pub fn reconstruct(site: &Site, parameters: &Parameters) -> Building {
+pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
-    let Attempt { mut measures, outline, result } = ladder::descend(parameters, |parameters| attempt(site, parameters));
+    let Attempt { mut measures, outline, result } =
+        ladder::descend(parameters, |parameters| attempt(site, parameters, field));
     let solids = match result {
         Ok(solids) => {
             measures.faults_lod22.clear();
@@ -128,7 +131,7 @@ struct Attempt {
     result: Result<Vec<Solid>, Failure>,
 }
 
-fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
+fn attempt(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
     let mut measures = Measures {
         ground: Some(site.ground),
         coverage: Some(site.coverage),
@@ -136,7 +139,7 @@ fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
         ..Measures::default()
     };
     let mut outline = None;
-    let result = lod22(site, parameters, &mut measures, &mut outline);
+    let result = lod22(site, parameters, field, &mut measures, &mut outline);
     Attempt { measures, outline, result }
 }
 
@@ -144,6 +147,7 @@ fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
 fn lod22(
     site: &Site,
     parameters: &Parameters,
+    field: &dyn Occupancy,
     measures: &mut Measures,
     outline: &mut Option<MultiPolygon<f64>>,
 ) -> Result<Vec<Solid>, Failure> {
@@ -164,26 +168,19 @@ fn lod22(
 
     measures.cells = complex.cells.len();
 
-    let field = HeightField;
-    let occupancy = field.occupancy(&partitioned);
+    let Decision { occupancy, height_field, fallback } =
+        Decision::new(field, &partitioned).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
+    measures.field_fallback = fallback;
     let facets = 0..complex.facets.len() as u32;
     let areas: Vec<f64> = facets.map(|facet| complex.facet_area(facet)).collect();
     let support = facet_support(complex, hypotheses, fixed);
-    let evidence = Evidence {
-        occupancy: &occupancy,
-        volumes,
-        areas: &areas,
-        support: &support,
-        fixed,
-        height_field: field.is_height_field(),
-    };
+    let evidence = Evidence { occupancy: &occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
     let inside = labelling::label(complex, &evidence, &parameters.labelling);
     if !inside.contains(&true) {
         return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
     }
 
-    let labelled =
-        Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
+    let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
     let mut solids = Vec::with_capacity(extraction.shells.len());

@@ -1,6 +1,7 @@
 //! A building cut into cells, before anything is decided about them.
 
 use super::complex::Complex;
+use super::hypotheses::seed;
 use super::{Failure, Hypotheses, Parameters, Partition};
 use crate::building::Reason;
 use crate::site::Site;
@@ -43,6 +44,11 @@ impl<'a> Partitioned<'a> {
         let fixed =
             cells.map(|cell| (!hypotheses.covers(&complex.cell_centroid(cell).xy())).then_some(false)).collect();
         Ok(Self { site, hypotheses, complex, volumes, fixed })
+    }
+
+    /// The seed of everything random about the building.
+    pub fn seed(&self) -> u64 {
+        seed(&self.site.id)
     }
 
     /// The cells whose label is not known yet.

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::Occupancy;
+use super::{Occupancy, OccupancyError};
 use crate::geometry::Plane;
 use crate::reconstruct::complex::OUTSIDE;
 use crate::reconstruct::primitives::Primitive;
@@ -88,14 +88,14 @@ fn stretch(sides: &[Plane], x: f64, y: f64, low: f64, high: f64) -> Option<[f64;
 }
 
 impl Occupancy for HeightField {
-    fn occupancy(&self, building: &Partitioned) -> Vec<f64> {
+    fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError> {
         let complex = &building.complex;
         let evidence = RoofEvidence::new(&building.hypotheses);
         let planes: Vec<Plane> =
             complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
         let mut sides = Vec::new();
-        (0u32..)
-            .zip(&complex.cells)
+        let cells = (0u32..).zip(&complex.cells);
+        Ok(cells
             .map(|(id, cell)| {
                 sides.clear();
                 let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
@@ -117,7 +117,7 @@ impl Occupancy for HeightField {
                 }
                 evidence.cell(&sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
             })
-            .collect()
+            .collect())
     }
 
     fn is_height_field(&self) -> bool {
