@@ -48,6 +48,9 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let site = &*with_finite_points(site, &mut notes);
     let Attempt { mut measures, outline, result } =
         ladder::descend(parameters, |parameters| attempt(site, parameters, field));
+    if let Some(why) = &measures.field_fallback {
+        notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
+    }
     let solids = match result {
         Ok(solids) => {
             measures.faults_lod22.clear();
