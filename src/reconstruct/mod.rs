@@ -6,6 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
+mod confidence;
 mod decision;
 mod hypotheses;
 pub mod labelling;
@@ -33,6 +34,7 @@ use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
 use complex::OUTSIDE;
+use confidence::Confidence;
 use decision::Decision;
 use labelling::Evidence;
 use occupancy::Occupancy;
@@ -186,9 +188,11 @@ fn lod22(
     let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
+    let confidence = Confidence::new(&partitioned, &areas, &occupancy, &extraction.inside);
+    measures.confidence = confidence.building;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
-        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref());
+        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
         let faults = validate::check(&shell.solid, &validate::Tolerances::default());
         if let Some(first) = faults.first() {
             let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
