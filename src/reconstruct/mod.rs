@@ -30,6 +30,7 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
+use crate::geometry::Aabb;
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
@@ -214,8 +215,9 @@ fn lod22(
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
-/// plane, and walls on the footprint's outline.
+/// plane, undersides where they were seen, and walls on the footprint's outline.
 fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
+    let undersides: Vec<(complex::PlaneId, Aabb)> = hypotheses.undersides(complex).collect();
     let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
     (0u32..)
         .zip(&complex.facets)
@@ -227,6 +229,10 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
             let corners = complex.facet_positions(id);
             let count = corners.len().max(1) as f64;
             let centre = corners.fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords) / count;
+            let within = |seen: &Aabb| (0..2).all(|i| seen.min[i] <= centre[i] && centre[i] <= seen.max[i]);
+            if undersides.iter().any(|(plane, seen)| *plane == facet.plane && within(seen)) {
+                return 1.0;
+            }
             let seen = hypotheses.map.pixel_at(&centre.xy().into()).map(|[c, r]| hypotheses.map.label(c, r));
             let plane = seen.and_then(|label| complex.primitive_planes.get(label as usize)).map(|p| p.plane);
             if plane == Some(facet.plane) { 1.0 } else { 0.0 }
