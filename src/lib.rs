@@ -32,6 +32,7 @@ pub mod reconstruct;
 pub mod report;
 pub mod run;
 pub mod segment;
+pub mod simulate;
 pub mod sink;
 pub mod site;
 pub mod solid;
