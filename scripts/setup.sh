@@ -18,7 +18,7 @@ missing() {
 }
 
 if ! have cargo; then
-    echo "gable needs Rust 1.89 or newer, and there is no cargo on the path: see https://rustup.rs" >&2
+    echo "gable needs Rust 1.92 or newer, and there is no cargo on the path: see https://rustup.rs" >&2
     exit 1
 fi
 [ -n "$(missing)" ] || exit 0

@@ -156,6 +156,9 @@ pub struct Measures {
     pub primitives: usize,
     /// Number of cells of the complex.
     pub cells: usize,
+    /// Why the height-field vote decided although another field was asked for; `None` where the field that was asked
+    /// for decided.
+    pub field_fallback: Option<String>,
     /// The shape of the roof.
     pub roof_type: Option<RoofType>,
     /// Number of distinct roof planes of the LoD 2.2 model.

@@ -1,10 +1,12 @@
-//! Planes and boxes in floating point: what every floor above may use.
+//! Planes and boxes in floating point, and random numbers: what every floor above may use.
 //!
 //! Exact arithmetic, where topology is decided, lives with the [cell complex](crate::reconstruct::complex).
 
 mod plane;
+mod random;
 
 pub use plane::Plane;
+pub use random::Random;
 
 /// An axis-aligned box in metres of the local frame; `min` is never above `max`.
 #[derive(Debug, Clone, Copy, PartialEq)]

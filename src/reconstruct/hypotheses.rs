@@ -14,7 +14,7 @@ use crate::geometry::{Aabb, Plane};
 use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
-const WALL_VERTICALITY: f64 = 0.9;
+pub(super) const WALL_VERTICALITY: f64 = 0.9;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
 const SIDE_MARGIN: f64 = 1.0;
 /// The box reaches so far above the highest roof point, metres: no plane can shoot up further than that.
@@ -27,7 +27,8 @@ const JUMP_MARGIN: f64 = 0.4;
 const SAME_LINE: f64 = 0.35;
 
 /// All planes that cut the box, and the evidence about the roof.
-pub(super) struct Hypotheses {
+#[derive(Debug)]
+pub struct Hypotheses {
     /// Detected roofs first, in the order of detection, then walls.
     pub primitives: Vec<Primitive>,
     /// How many primitives were detected.
@@ -42,6 +43,9 @@ pub(super) struct Hypotheses {
 
 impl Hypotheses {
     /// Detects the roofs and concludes the walls.
+    ///
+    /// # Errors
+    /// Fails where the points show no roof above the ground.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
         let detection = primitives::detect(&site.points, parameters, seed(&site.id));
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
@@ -184,6 +188,6 @@ fn roof_directions(roofs: &[Primitive]) -> Vec<nalgebra::Vector2<f64>> {
 }
 
 /// FNV-1a of the building id: the seed of everything random about the building.
-fn seed(id: &str) -> u64 {
+pub(super) fn seed(id: &str) -> u64 {
     id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -6,6 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
+mod decision;
 mod hypotheses;
 pub mod labelling;
 mod ladder;
@@ -13,11 +14,14 @@ mod measures;
 pub mod occupancy;
 mod outline;
 mod parameters;
+mod partitioned;
 pub mod primitives;
 mod semantics;
 pub mod surface;
 
+pub use hypotheses::Hypotheses;
 pub use parameters::{Parameters, Partition};
+pub use partitioned::Partitioned;
 
 use std::borrow::Cow;
 
@@ -28,21 +32,22 @@ use crate::building::{Building, Measures, Outcome, Reason};
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
-use complex::{Complex, OUTSIDE};
-use hypotheses::Hypotheses;
+use complex::OUTSIDE;
+use decision::Decision;
 use labelling::Evidence;
-use occupancy::{HeightField, Occupancy};
+use occupancy::Occupancy;
 use surface::Labelled;
 
-/// Reconstructs one building. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
+/// Reconstructs one building; `field` says how much its cells are inside. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
 /// and the reason.
 ///
 /// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
 /// [`Measures::setbacks`].
-pub fn reconstruct(site: &Site, parameters: &Parameters) -> Building {
+pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
-    let Attempt { mut measures, outline, result } = ladder::descend(parameters, |parameters| attempt(site, parameters));
+    let Attempt { mut measures, outline, result } =
+        ladder::descend(parameters, |parameters| attempt(site, parameters, field));
     let solids = match result {
         Ok(solids) => {
             measures.faults_lod22.clear();
@@ -101,11 +106,13 @@ fn with_finite_points<'a>(site: &'a Site, notes: &mut Vec<String>) -> Cow<'a, Si
 
 /// Why there is no LoD 2.2 model.
 #[derive(Debug, Clone, PartialEq)]
-struct Failure {
-    reason: Reason,
-    detail: String,
+pub struct Failure {
+    /// The kind of failure.
+    pub reason: Reason,
+    /// What was found.
+    pub detail: String,
     /// val3dity codes of the solid that was not good enough, ascending.
-    codes: Vec<u16>,
+    pub codes: Vec<u16>,
 }
 
 impl Failure {
@@ -124,7 +131,7 @@ struct Attempt {
     result: Result<Vec<Solid>, Failure>,
 }
 
-fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
+fn attempt(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
     let mut measures = Measures {
         ground: Some(site.ground),
         coverage: Some(site.coverage),
@@ -132,7 +139,7 @@ fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
         ..Measures::default()
     };
     let mut outline = None;
-    let result = lod22(site, parameters, &mut measures, &mut outline);
+    let result = lod22(site, parameters, field, &mut measures, &mut outline);
     Attempt { measures, outline, result }
 }
 
@@ -140,14 +147,12 @@ fn attempt(site: &Site, parameters: &Parameters) -> Attempt {
 fn lod22(
     site: &Site,
     parameters: &Parameters,
+    field: &dyn Occupancy,
     measures: &mut Measures,
     outline: &mut Option<MultiPolygon<f64>>,
 ) -> Result<Vec<Solid>, Failure> {
-    if site.points.is_empty() {
-        let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
-        return Err(Failure::new(reason, "no building point lies in the footprint"));
-    }
-    let hypotheses = Hypotheses::new(site, parameters)?;
+    let partitioned = Partitioned::new(site, parameters)?;
+    let Partitioned { hypotheses, complex, volumes, fixed, .. } = &partitioned;
     if site.footprint.is_none() {
         *outline = Some(outline::of_map(&hypotheses.map));
     }
@@ -161,37 +166,21 @@ fn lod22(
         .filter(|area| *area > 0.0)
         .map(|area| site.points.len() as f64 / area);
 
-    let complex = match parameters.partition {
-        Partition::Adaptive => Complex::adaptive(&hypotheses.primitives, &hypotheses.bounds),
-        Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),
-    }
-    .map_err(|error| Failure::new(Reason::TooComplex, error.to_string()))?;
     measures.cells = complex.cells.len();
 
-    let field = HeightField::new(&hypotheses.map, &hypotheses.primitives);
-    let occupancy = field.occupancy(&complex);
-    let cells = 0..complex.cells.len() as u32;
+    let Decision { occupancy, height_field, fallback } =
+        Decision::new(field, &partitioned).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
+    measures.field_fallback = fallback;
     let facets = 0..complex.facets.len() as u32;
-    let volumes: Vec<f64> = cells.clone().map(|cell| complex.cell_volume(cell)).collect();
     let areas: Vec<f64> = facets.map(|facet| complex.facet_area(facet)).collect();
-    let fixed: Vec<Option<bool>> =
-        cells.map(|cell| (!hypotheses.covers(&complex.cell_centroid(cell).xy())).then_some(false)).collect();
-    let support = facet_support(&complex, &hypotheses, &fixed);
-    let evidence = Evidence {
-        occupancy: &occupancy,
-        volumes: &volumes,
-        areas: &areas,
-        support: &support,
-        fixed: &fixed,
-        height_field: field.is_height_field(),
-    };
-    let inside = labelling::label(&complex, &evidence, &parameters.labelling);
+    let support = facet_support(complex, hypotheses, fixed);
+    let evidence = Evidence { occupancy: &occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
+    let inside = labelling::label(complex, &evidence, &parameters.labelling);
     if !inside.contains(&true) {
         return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
     }
 
-    let labelled =
-        Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &fixed };
+    let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
     let mut solids = Vec::with_capacity(extraction.shells.len());
@@ -219,7 +208,7 @@ fn lod22(
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
 /// plane, and walls on the footprint's outline.
-fn facet_support(complex: &Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
+fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
     let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
     (0u32..)
         .zip(&complex.facets)

@@ -64,7 +64,7 @@ fn count(solid: &Solid, kind: SurfaceType) -> usize {
 #[test]
 fn a_gable_roof_has_seven_faces_and_its_volume() {
     let site = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
-    let building = reconstruct(&site, &Parameters::default());
+    let building = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     assert_eq!((count(solid, SurfaceType::Roof), count(solid, SurfaceType::Wall)), (2, 4));
     assert_eq!(count(solid, SurfaceType::Ground), 1);
@@ -82,7 +82,7 @@ fn a_gable_roof_has_seven_faces_and_its_volume() {
 fn a_low_wing_gets_its_wall_and_no_more() {
     let footprint = outline(&[(0.0, 0.0), (14.0, 0.0), (14.0, 6.0), (8.0, 6.0), (8.0, 10.0), (0.0, 10.0)]);
     let site = site(footprint, 0.35, |x, _| Some(if x < 8.0 { 9.0 } else { 3.5 }));
-    let building = reconstruct(&site, &Parameters::default());
+    let building = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     assert_eq!(count(solid, SurfaceType::Roof), 2);
     // Six walls on the outline, and the one above the wing, which is part of the long wall at x = 8.
@@ -96,12 +96,15 @@ fn a_hip_roof_a_courtyard_and_a_dormer_are_closed_solids() {
     let hip = site(rectangle(14.0, 8.0), 0.35, |x, y| {
         Some(5.0 + (0.7 * y).min(0.7 * (8.0 - y)).min(0.7 * x).min(0.7 * (14.0 - x)))
     });
-    assert_eq!(count(only_solid(&reconstruct(&hip, &Parameters::default())), SurfaceType::Roof), 4);
+    assert_eq!(
+        count(only_solid(&reconstruct(&hip, &Parameters::default(), &occupancy::HeightField)), SurfaceType::Roof),
+        4
+    );
 
     let ring = |a: f64, b: f64| LineString::from(vec![(a, a), (b, a), (b, b), (a, b)]);
     let court = MultiPolygon(vec![Polygon::new(ring(0.0, 16.0), vec![ring(5.0, 11.0)])]);
     let court = site(court, 0.4, |_, _| Some(7.0));
-    let building = reconstruct(&court, &Parameters::default());
+    let building = reconstruct(&court, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     assert_eq!(solid.faces.len(), 10);
     assert!((solid.volume() - 220.0 * 7.0).abs() < 5.0, "{}", solid.volume());
@@ -110,7 +113,7 @@ fn a_hip_roof_a_courtyard_and_a_dormer_are_closed_solids() {
         let roof = 9.0 - (y - 4.5).abs() * 0.9;
         Some(if (4.0..7.0).contains(&x) && (0.8..4.0).contains(&y) { f64::max(roof, 8.2) } else { roof })
     });
-    let building = reconstruct(&dormer, &Parameters::default());
+    let building = reconstruct(&dormer, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     assert_eq!(count(solid, SurfaceType::Roof), 3);
     assert!(building.measures.rmse_lod22.unwrap() < 0.25, "{:?}", building.measures);
@@ -119,17 +122,17 @@ fn a_hip_roof_a_courtyard_and_a_dormer_are_closed_solids() {
 #[test]
 fn the_same_site_gives_the_same_model_and_empty_sites_a_reason() {
     let mut house = site(rectangle(12.0, 8.0), 0.5, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
-    let first = reconstruct(&house, &Parameters::default());
-    let second = reconstruct(&house, &Parameters::default());
+    let first = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
+    let second = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     assert_eq!(first.model.parts, second.model.parts);
 
     house.points.truncate(2);
-    let sparse = reconstruct(&house, &Parameters::default());
+    let sparse = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     assert_eq!(sparse.outcome, Outcome::Lod22);
     assert_eq!(sparse.measures.roof_type, Some(RoofType::Flat));
 
     house.points.clear();
-    let empty = reconstruct(&house, &Parameters::default());
+    let empty = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     assert_eq!(empty.outcome.reason().map(|(reason, _)| reason), Some(Reason::NoPoints));
     assert!(empty.model.parts.is_empty() && empty.model.footprint.len() == 1);
 }
@@ -138,7 +141,7 @@ fn the_same_site_gives_the_same_model_and_empty_sites_a_reason() {
 fn no_roof_rises_above_the_evidence() {
     // Half of the roof is missing; its slope must not shoot up over the gap.
     let site = site(rectangle(20.0, 8.0), 0.35, |x, _| (x < 9.0).then_some(4.0 + 0.6 * x));
-    let building = reconstruct(&site, &Parameters::default());
+    let building = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     let top = (0..solid.vertices.len() as u32).map(|v| solid.point(v).z).fold(f64::NEG_INFINITY, f64::max);
     assert!(top <= 4.0 + 0.6 * 9.0 + 0.5, "{top}");
@@ -148,7 +151,7 @@ fn no_roof_rises_above_the_evidence() {
 fn a_single_object_without_a_footprint_closes() {
     let mut house = site(rectangle(12.0, 8.0), 0.3, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
     house.footprint = None;
-    let building = reconstruct(&house, &Parameters::default());
+    let building = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     let solid = only_solid(&building);
     let expected = 12.0 * (8.0 * 8.0 - 4.0 * 3.2);
     assert!((solid.volume() / expected - 1.0).abs() < 0.1, "{} {expected}", solid.volume());
@@ -164,10 +167,10 @@ fn a_single_object_without_a_footprint_closes() {
 #[test]
 fn coordinates_that_are_no_numbers_are_left_out() {
     let mut house = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
-    let expected = reconstruct(&house, &Parameters::default());
+    let expected = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     let absurd = [[3.0, 3.0, f64::NAN], [f64::INFINITY, 3.0, 4.0], [3.0, 3.0, 1e300]];
     house.points.extend(absurd.map(Point3::from));
-    let building = reconstruct(&house, &Parameters::default());
+    let building = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     assert_eq!(building.model.parts, expected.model.parts);
     assert_eq!(building.measures.points, expected.measures.points);
     assert_eq!(building.notes, ["3 point(s) with coordinates that are absurd or no numbers: left out"]);

@@ -41,7 +41,7 @@ pub use observer::{Event, Observer, Silent, Stage};
 /// What leaves nothing to do: bad options, no tile that can be read, no CRS or several, footprints that do not overlap
 /// the tiles, an output that exists or cannot be written, or an interruption before anything was written.
 pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
-    run_with(job, observer, |site| reconstruct(site, &job.parameters))
+    run_with(job, observer, |site| reconstruct(site, &job.parameters, &crate::reconstruct::occupancy::HeightField))
 }
 
 /// Does a job with another method.

@@ -6,7 +6,7 @@ use geo::{MapCoords, MultiPolygon};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::mesh::Mesh;
-use super::random::Random;
+use super::random::{Draw, Random};
 use crate::site::Frame;
 use crate::solid::Solid;
 

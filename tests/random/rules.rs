@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 use gable::building::{Building, Outcome, Reason, Setback};
+use gable::reconstruct::occupancy::HeightField;
 use gable::reconstruct::{Parameters, reconstruct};
 use gable::report::{Scope, Stopwatch};
 use gable::site::Site;
@@ -32,7 +33,7 @@ pub struct Judged {
 pub fn judge(site: &Site, again: bool) -> Judged {
     let watch = Stopwatch::start(Scope::Thread);
     let parameters = Parameters::default();
-    let result = catch_unwind(AssertUnwindSafe(|| reconstruct(site, &parameters)));
+    let result = catch_unwind(AssertUnwindSafe(|| reconstruct(site, &parameters, &HeightField)));
     let time = watch.cpu().unwrap_or_default();
     let Ok(building) = result else {
         return Judged { outcome: "panic".into(), breaches: vec!["panic".into()], time };
@@ -45,7 +46,7 @@ pub fn judge(site: &Site, again: bool) -> Judged {
     if std::env::var_os("GABLE_RANDOM_COUNT").is_some_and(|count| count == "1") {
         println!("{:#?}\n{:#?}\n{:?}", building.outcome, building.measures, building.notes);
     }
-    if again && reconstruct(site, &parameters).model.parts != building.model.parts {
+    if again && reconstruct(site, &parameters, &HeightField).model.parts != building.model.parts {
         breaches.push("another model on the second run".into());
     }
     Judged { outcome: outcome(&building), breaches, time }

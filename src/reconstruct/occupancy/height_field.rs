@@ -2,27 +2,32 @@
 
 use nalgebra::Point3;
 
-use super::Occupancy;
+use super::{Occupancy, OccupancyError};
 use crate::geometry::Plane;
-use crate::reconstruct::complex::{Complex, OUTSIDE};
+use crate::reconstruct::complex::OUTSIDE;
 use crate::reconstruct::primitives::Primitive;
 use crate::reconstruct::primitives::roof_map::{NOTHING, RoofMap};
+use crate::reconstruct::{Hypotheses, Partitioned};
 
 /// How much of a cell lies under the roof evidence and inside the footprint.
 ///
 /// Vertical lines through the pixels of the [`RoofMap`] sample each cell; the vote of a line is the share of its stretch
 /// within the cell that lies below the roof primitive seen there, and lines count by their length. That is an integral
 /// over the volume of the cell, so that slivers and large cells are judged alike.
-#[derive(Debug)]
-pub struct HeightField<'a> {
+#[derive(Debug, Clone, Copy, Default)]
+pub struct HeightField;
+
+/// The roof evidence over the plan: a roof map, whose labels are indices of its primitives.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoofEvidence<'a> {
     map: &'a RoofMap,
     primitives: &'a [Primitive],
 }
 
-impl<'a> HeightField<'a> {
-    /// The vote of a roof map, whose labels are indices of `primitives`.
-    pub fn new(map: &'a RoofMap, primitives: &'a [Primitive]) -> Self {
-        Self { map, primitives }
+impl<'a> RoofEvidence<'a> {
+    /// What the hypotheses of a building say.
+    pub fn new(hypotheses: &'a Hypotheses) -> Self {
+        Self { map: &hypotheses.map, primitives: &hypotheses.primitives }
     }
 
     /// Height of the roof evidence over a point of the plan; `None` where there is none.
@@ -82,13 +87,15 @@ fn stretch(sides: &[Plane], x: f64, y: f64, low: f64, high: f64) -> Option<[f64;
     Some([bottom, top])
 }
 
-impl Occupancy for HeightField<'_> {
-    fn occupancy(&self, complex: &Complex) -> Vec<f64> {
+impl Occupancy for HeightField {
+    fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError> {
+        let complex = &building.complex;
+        let evidence = RoofEvidence::new(&building.hypotheses);
         let planes: Vec<Plane> =
             complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
         let mut sides = Vec::new();
-        (0u32..)
-            .zip(&complex.cells)
+        let cells = (0u32..).zip(&complex.cells);
+        Ok(cells
             .map(|(id, cell)| {
                 sides.clear();
                 let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
@@ -108,9 +115,9 @@ impl Occupancy for HeightField<'_> {
                         corners += 1.0;
                     }
                 }
-                self.cell(&sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
+                evidence.cell(&sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
             })
-            .collect()
+            .collect())
     }
 
     fn is_height_field(&self) -> bool {

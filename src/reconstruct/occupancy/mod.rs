@@ -1,15 +1,38 @@
 //! Occupancy (paper, section 3.3): how much each cell is inside.
+//!
+//! - [`HeightField`]: the vote of the roof evidence, which needs no network.
+//! - [`Neural`]: the implicit field of a [`network`], conditioned on the [`inputs`].
 
 mod height_field;
+pub mod inputs;
+pub mod network;
+mod neural;
 
-use super::complex::Complex;
+use std::fmt::Debug;
+
+use super::Partitioned;
 
 pub use height_field::HeightField;
+pub use network::NetworkError;
+pub use neural::{CellRule, Neural, NeuralParameters};
+
+/// Why a field says nothing about a building.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OccupancyError {
+    /// The network gave no answer.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+}
 
 /// An implicit field that says how much each cell of a complex is inside the building.
-pub trait Occupancy {
-    /// One value per cell, 0 (outside) to 1 (inside), in the order of [`Complex::cells`].
-    fn occupancy(&self, complex: &Complex) -> Vec<f64>;
+pub trait Occupancy: Debug + Send + Sync {
+    /// One value per cell, 0 (outside) to 1 (inside), in the order of
+    /// [`Complex::cells`](super::complex::Complex::cells). Cells that are [fixed](Partitioned::fixed) need no value.
+    ///
+    /// # Errors
+    /// Fails when the field cannot be asked.
+    fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError>;
 
     /// Whether the field knows one height per place only, and so nothing of overhangs.
     fn is_height_field(&self) -> bool {

@@ -1,8 +1,7 @@
 //! Roofs with known planes, scanned on a jittered grid: no two points coincide, and no patch is missed altogether.
 
+use crate::geometry::Random;
 use nalgebra::{Point3, Vector3};
-
-use super::random::Random;
 
 /// How a roof is scanned.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Whole roofs with known planes, through both detectors.
 
+use crate::geometry::Random;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
-use super::random::Random;
 use super::synthetic::{Scan, gable};
 use super::*;
 use crate::reconstruct::Parameters;

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use super::super::mesh::Mesh;
 use super::super::options::ScanOptions;
-use super::super::random::Random;
+use super::super::random::{Draw, Random};
 use super::scene::{Return, Target};
 use crate::geometry::Aabb;
 

@@ -17,7 +17,7 @@ use serde_json::Map;
 
 use super::model::Placed;
 use super::options::{ScanOptions, Setup, SetupChoice};
-use super::random::Random;
+use super::random::{Draw, Random};
 use crate::site::{Coverage, Frame, Ground, GroundSource, Site};
 use scene::{Return, Scene, Target, Tree};
 

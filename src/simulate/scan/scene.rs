@@ -8,7 +8,7 @@ use parry3d_f64::shape::{CompositeShapeRef, TriMesh};
 
 use super::super::mesh::Mesh;
 use super::super::model::Placed;
-use super::super::random::Random;
+use super::super::random::{Draw, Random};
 use super::super::span::Span;
 use crate::geometry::Aabb;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::super::random::Random;
+use super::super::random::{Draw, Random};
 use super::scene::{Return, Scene, Target};
 use crate::geometry::Aabb;
 

@@ -1,0 +1,60 @@
+//! Which field decides: the one that was asked for, or the vote where that one cannot be believed.
+
+use super::Partitioned;
+use super::occupancy::{HeightField, Occupancy, OccupancyError};
+
+/// Where the field and the vote agree on less than this share of the volume that either calls inside, the field is not
+/// believed: shapes that are no height field differ from the vote by less, and a network that met nothing like this
+/// building in its training by more.
+const LEAST_AGREEMENT: f64 = 0.4;
+
+/// The occupancy of the cells of a building, and whose it is.
+#[derive(Debug)]
+pub(super) struct Decision {
+    /// How much each cell is inside, 0 to 1.
+    pub occupancy: Vec<f64>,
+    /// Whether nothing may hang over.
+    pub height_field: bool,
+    /// Why the vote decides although another field was asked for.
+    pub fallback: Option<String>,
+}
+
+impl Decision {
+    /// Asks the field, and the vote where the field cannot be believed.
+    pub fn new(field: &dyn Occupancy, building: &Partitioned) -> Result<Self, OccupancyError> {
+        let given = field.occupancy(building);
+        if field.is_height_field() {
+            return Ok(Self { occupancy: given?, height_field: true, fallback: None });
+        }
+        let vote = HeightField.occupancy(building)?;
+        let fallback = match given {
+            Err(error) => error.to_string(),
+            Ok(occupancy) => {
+                let [inside, either, both] = compare(building, &occupancy, &vote);
+                if inside == 0.0 {
+                    "it says that everything is outside".to_owned()
+                } else if both < LEAST_AGREEMENT * either {
+                    let share = 100.0 * both / either;
+                    format!("it agrees with the points on only {share:.0} % of the volume")
+                } else {
+                    return Ok(Self { occupancy, height_field: false, fallback: None });
+                }
+            }
+        };
+        Ok(Self { occupancy: vote, height_field: true, fallback: Some(fallback) })
+    }
+}
+
+/// The volumes, in cubic metres, that the field calls inside, that either does, and that both do.
+fn compare(building: &Partitioned, field: &[f64], vote: &[f64]) -> [f64; 3] {
+    let mut volumes = [0.0; 3];
+    for cell in building.free().map(|cell| cell as usize) {
+        let [field, vote] = [field, vote].map(|occupancy| occupancy.get(cell).is_some_and(|o| *o > 0.5));
+        for (sum, counts) in volumes.iter_mut().zip([field, field || vote, field && vote]) {
+            if counts {
+                *sum += building.volumes[cell];
+            }
+        }
+    }
+    volumes
+}
