@@ -3,8 +3,10 @@
 //! Exact arithmetic, where topology is decided, lives with the [cell complex](crate::reconstruct::complex).
 
 mod plane;
+mod random;
 
 pub use plane::Plane;
+pub(crate) use random::Random;
 
 /// An axis-aligned box in metres of the local frame; `min` is never above `max`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -14,7 +14,7 @@ pub mod occupancy;
 mod outline;
 mod parameters;
 pub mod primitives;
-mod semantics;
+pub(crate) mod semantics;
 pub mod surface;
 
 pub use parameters::{Parameters, Partition};

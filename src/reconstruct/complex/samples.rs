@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 
 use super::{CellId, Complex};
+use crate::geometry::Random;
 
 /// The fewest and the most samples of a cell beside its centroid.
 const COUNT: [f64; 2] = [8.0, 32.0];
@@ -31,12 +32,12 @@ impl Complex {
         let [fewest, most] = COUNT;
         let relative = if median_volume > 0.0 { volume / median_volume } else { 1.0 };
         let count = (fewest + fewest * relative).clamp(fewest, most).floor();
-        let mut random = Random::new(seed, cell);
+        let mut random = sequence(seed, cell);
         for index in 0..count as u32 {
             // One sample in each of `count` equal parts of the volume: as uniform, and more even.
             let target = volume * (f64::from(index) + random.unit()) / count;
             let chosen = passed.partition_point(|&upto| upto < target).min(tetrahedra.len() - 1);
-            let [s, t, u] = random.in_tetrahedron();
+            let [s, t, u] = in_tetrahedron(&mut random);
             let [a, b, c] = tetrahedra[chosen].map(|p| p - centroid);
             samples.push(centroid + (a * s + b * t + c * u) * (1.0 - SHRINK));
         }
@@ -44,28 +45,15 @@ impl Complex {
     }
 }
 
-/// A small generator (splitmix64, Steele, Lea, Flood 2014): its state is its whole history, so that every cell has its
-/// own sequence whatever was drawn for others.
-struct Random(u64);
+/// The sequence of a cell: its own, whatever was drawn for others.
+fn sequence(seed: u64, cell: CellId) -> Random {
+    Random::new(seed ^ (u64::from(cell) + 1).wrapping_mul(0xD1B5_4A32_D192_ED03))
+}
 
-impl Random {
-    fn new(seed: u64, cell: CellId) -> Self {
-        Self(seed ^ (u64::from(cell) + 1).wrapping_mul(0xD1B5_4A32_D192_ED03))
-    }
-
-    /// A number in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Three barycentric coordinates, uniformly distributed in a tetrahedron (the fourth is what they lack to 1): the
-    /// gaps between three sorted numbers.
-    fn in_tetrahedron(&mut self) -> [f64; 3] {
-        let mut cuts = [self.unit(), self.unit(), self.unit()];
-        cuts.sort_unstable_by(f64::total_cmp);
-        [cuts[0], cuts[1] - cuts[0], cuts[2] - cuts[1]]
-    }
+/// Three barycentric coordinates, uniformly distributed in a tetrahedron (the fourth is what they lack to 1): the gaps
+/// between three sorted numbers.
+fn in_tetrahedron(random: &mut Random) -> [f64; 3] {
+    let mut cuts = [random.unit(), random.unit(), random.unit()];
+    cuts.sort_unstable_by(f64::total_cmp);
+    [cuts[0], cuts[1] - cuts[0], cuts[2] - cuts[1]]
 }

@@ -18,7 +18,6 @@ pub mod neighbours;
 mod normals;
 mod octree;
 mod parameters;
-mod random;
 mod ransac;
 mod refine;
 mod region_growing;

@@ -10,9 +10,9 @@ use super::moments::Moments;
 use super::neighbours::Neighbours;
 use super::normals::LocalPlanes;
 use super::octree::Octree;
-use super::random::Random;
 use super::segmentation::{NONE, Segmentation, Tolerances};
 use crate::geometry::Plane;
+use crate::geometry::Random;
 
 /// Candidates drawn between two looks at the best.
 const BATCH: usize = 64;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::random::Random;
+use crate::geometry::Random;
 
 /// How a roof is scanned.
 #[derive(Debug, Clone, Copy)]

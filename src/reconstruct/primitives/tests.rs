@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
-use super::random::Random;
 use super::synthetic::{Scan, gable};
 use super::*;
+use crate::geometry::Random;
 use crate::reconstruct::Parameters;
 
 fn with(detector: Detector) -> Parameters {

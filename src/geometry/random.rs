@@ -2,7 +2,7 @@
 
 /// `SplitMix64` (Steele, Lea, Flood 2014): one multiplication chain per number, good enough to draw samples.
 #[derive(Debug, Clone)]
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// The sequence of a seed.
@@ -26,6 +26,29 @@ impl Random {
     /// A number from 0 up to but not including 1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A number from `low` up to but not including `high`.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// True with this probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+
+    /// One of these values, each as likely as its weight says; the last when the weights are all 0.
+    pub fn weighted<T: Copy, const N: usize>(&mut self, choices: [(T, f64); N]) -> T {
+        const { assert!(N > 0) };
+        let mut left = self.unit() * choices.iter().map(|(_, weight)| weight).sum::<f64>();
+        for (value, weight) in choices {
+            left -= weight;
+            if left < 0.0 {
+                return value;
+            }
+        }
+        choices[N - 1].0
     }
 
     /// Puts a slice in random order (Fisher and Yates).

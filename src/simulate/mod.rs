@@ -1,0 +1,3 @@
+//! Buildings that are known exactly, to train and to measure with.
+
+pub mod generator;
