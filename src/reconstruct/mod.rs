@@ -6,7 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
-mod confidence;
+pub(crate) mod confidence;
 mod decision;
 mod hypotheses;
 pub mod labelling;
