@@ -135,7 +135,7 @@ fn assemble(name: &str, frame: Frame, crs: Option<Crs>, candidates: Vec<Candidat
         *left_out.entry(format!("smaller than {LEAST_AREA} m²")).or_default() += before - models.len();
     }
     let tiling = if is_large { format!("blocks of {BLOCK} m, since it is large") } else { "one tile".to_owned() };
-    Source { name: name.to_owned(), models, left_out, crs, tiling }
+    Source { name: name.to_owned(), models, left_out, crs, tiling, is_generated: false }
 }
 
 /// What a candidate is worth.
