@@ -15,11 +15,14 @@ fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// A file with the house of the tests as a solid, as surfaces 12 m to the east, and without its ground 12 m farther.
+/// A file with the house of the tests as a solid, as surfaces 12 m to the east, without its ground 12 m farther, and a
+/// dormer on the first.
 fn file() -> tempfile::NamedTempFile {
     let house = house();
+    let dormer = house.vertices.iter().map(|[x, y, z]| [x / 4 + 40, y / 2 + 2, z / 4 + 60]);
     let vertices: Vec<[f64; 3]> = (0..3)
         .flat_map(|n| house.vertices.iter().map(move |[x, y, z]| [*x + 120 * n, *y, *z]))
+        .chain(dormer)
         .map(|v| [80_000.0, 450_000.0, 0.0].iter().zip(v).map(|(o, c)| o + c as f64 / 10.0).collect::<Vec<_>>())
         .map(|v| [v[0], v[1], v[2]])
         .collect();
@@ -32,6 +35,7 @@ fn file() -> tempfile::NamedTempFile {
         "solid": {"type": "Building", "geometry": [block, {"type": "Solid", "lod": "2.2", "boundaries": [faces(0)]}]},
         "surfaces": {"type": "BuildingPart", "geometry": [{"type": "MultiSurface", "lod": 2, "boundaries": faces(1)}]},
         "open": {"type": "Building", "geometry": [{"type": "Solid", "lod": "2", "boundaries": [faces(2)[1..]]}]},
+        "dormer": {"type": "BuildingPart", "geometry": [{"type": "Solid", "lod": "2", "boundaries": [faces(3)]}]},
         "road": {"type": "Road", "geometry": [{"type": "MultiSurface", "lod": "2", "boundaries": faces(0)}]},
     });
     let file = json!({
@@ -48,16 +52,17 @@ fn closed_solids_and_surfaces_are_models_and_the_rest_is_counted() {
     let file = file();
     let source = read(file.path(), None).unwrap();
     let ids: Vec<&str> = source.models.iter().map(|model| model.id.as_str()).collect();
-    assert_eq!(ids, ["solid", "surfaces"]);
+    assert_eq!(ids, ["solid", "surfaces", "dormer"]);
     assert_eq!(source.left_out, BTreeMap::from([("302 SHELL_NOT_CLOSED".to_owned(), 1)]));
-    assert_eq!((source.found(), source.crs.as_ref().unwrap().code.as_deref()), (3, Some("EPSG:7415")));
-    for model in &source.models {
+    assert_eq!((source.found(), source.crs.as_ref().unwrap().code.as_deref()), (4, Some("EPSG:7415")));
+    for model in &source.models[..2] {
         assert!((model.solid.volume() - 390.0).abs() < 1e-6);
         assert!((geo::Area::unsigned_area(&model.footprint) - 60.0).abs() < 1e-6);
         assert_eq!(model.ground, 0.0);
     }
-    // 2 m and 14 m from its neighbours, the open one among them.
-    assert_eq!([source.models[0].neighbours.len(), source.models[1].neighbours.len()], [2, 2]);
+    // 2 m and 14 m from its neighbours, the open one among them; the dormer is none of the house that it stands on.
+    let neighbours: Vec<usize> = source.models.iter().map(|model| model.neighbours.len()).collect();
+    assert_eq!(neighbours, [2, 3, 2]);
     assert!(source.models.iter().all(|model| model.tile == source.models[0].tile));
     let message = read(file.path(), Some("3")).unwrap_err().to_string();
     assert!(message.contains("LoD 3") && message.contains("--lod"), "{message}");
