@@ -29,6 +29,7 @@ pub mod cli;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;
+pub mod network;
 pub mod reconstruct;
 pub mod report;
 pub mod run;

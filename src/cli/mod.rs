@@ -7,6 +7,7 @@
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
 mod evaluate;
+mod field;
 mod flags;
 mod info;
 mod interrupt;

@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use super::field::FieldArgs;
 use super::flags::Flags;
 use super::output::print;
 use super::progress::{Progress, Verbosity};
@@ -121,6 +122,9 @@ pub struct Args {
     verbose: bool,
 
     #[command(flatten)]
+    field: FieldArgs,
+
+    #[command(flatten)]
     segmentation: Flags<SegmentOptions>,
 
     #[command(flatten)]
@@ -195,6 +199,7 @@ impl Args {
                 ..self.segmentation.0
             },
             parameters: self.parameters.0,
+            field: self.field.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         })

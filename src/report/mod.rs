@@ -14,6 +14,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::run::Stage;
 use crate::segment::{PointCounts, SegmentOptions};
@@ -45,6 +46,8 @@ pub struct Report {
     pub inputs: Inputs,
     /// The parameters of the method.
     pub parameters: Parameters,
+    /// Which implicit field said how much each cell is inside.
+    pub field: FieldOptions,
     /// Which points were taken to belong to a building.
     pub segmentation: SegmentOptions,
     /// What came out, in numbers.

@@ -125,6 +125,7 @@ fn report() -> Report {
             points: PointCounts { classes: [(6, 7)].into(), ..PointCounts::default() },
         },
         parameters: Parameters::default(),
+        field: FieldOptions::default(),
         segmentation: SegmentOptions::default(),
         quality: Quality::of(&buildings),
         counts,

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{Error, Result};
+use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
 use crate::sink::PointCloud;
@@ -34,6 +35,8 @@ pub struct Job {
     pub segmentation: SegmentOptions,
     /// The parameters of the method.
     pub parameters: Parameters,
+    /// Which implicit field says how much each cell is inside.
+    pub field: FieldOptions,
     /// What the model says of the point cloud.
     pub point_cloud: PointCloud,
     /// The command line, for the report.

@@ -42,7 +42,8 @@ pub use observer::{Event, Observer, Silent, Stage};
 /// What leaves nothing to do: bad options, no tile that can be read, no CRS or several, footprints that do not overlap
 /// the tiles, an output that exists or cannot be written, or an interruption before anything was written.
 pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
-    run_with(job, observer, |site| reconstruct(site, &job.parameters, &crate::reconstruct::occupancy::HeightField))
+    let field = job.field.load()?;
+    run_with(job, observer, |site| reconstruct(site, &job.parameters, &*field))
 }
 
 /// Does a job with another method.
@@ -70,6 +71,7 @@ pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Bu
         crs: plan.crs_report,
         inputs: plan.inputs,
         parameters: job.parameters.clone(),
+        field: job.field.clone(),
         segmentation: job.segmentation.clone(),
         counts: done.counts,
         quality,

@@ -38,7 +38,8 @@ pub(super) fn write(
     journal: &mut Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
 ) -> Result<Done> {
-    let parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
+    let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
+    parameters["field"] = job.field.identity()?;
     let identity = Identity::new(parameters, hash_of(&tasks, pool));
     let checkpoint = Checkpoint::open(&plan.model, &identity, job.resume)?;
     if job.resume {
@@ -102,7 +103,14 @@ fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
         reference_system: plan.crs.reference_system(),
         translate,
         point_cloud: job.point_cloud.clone(),
-        parameters: serde_json::to_value(&job.parameters).unwrap_or_default(),
+        parameters: parameters(job),
         ids: tasks.iter().map(Task::id).collect(),
     }
+}
+
+/// The parameters that the model tells, its field among them.
+fn parameters(job: &Job) -> serde_json::Value {
+    let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
+    parameters["field"] = job.field.field.name().into();
+    parameters
 }

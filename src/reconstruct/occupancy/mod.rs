@@ -14,7 +14,7 @@ use super::Partitioned;
 
 pub use height_field::HeightField;
 pub use network::NetworkError;
-pub use neural::{CellRule, Neural, NeuralParameters};
+pub use neural::{CellRule, Neural};
 
 /// Why a field says nothing about a building.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

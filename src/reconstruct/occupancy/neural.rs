@@ -25,31 +25,17 @@ pub enum CellRule {
     Paper,
 }
 
-/// Parameters of the neural field.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct NeuralParameters {
-    /// How the answers at the samples of a cell become its occupancy.
-    pub rule: CellRule,
-}
-
-impl Default for NeuralParameters {
-    fn default() -> Self {
-        Self { rule: CellRule::Mean }
-    }
-}
-
 /// A network as an occupancy.
 #[derive(Debug, Clone)]
 pub struct Neural {
     network: Arc<dyn Network>,
-    parameters: NeuralParameters,
+    rule: CellRule,
 }
 
 impl Neural {
-    /// The field that a network knows.
-    pub fn new(network: Arc<dyn Network>, parameters: NeuralParameters) -> Self {
-        Self { network, parameters }
+    /// The field that a network knows; `rule` makes occupancies of its answers.
+    pub fn new(network: Arc<dyn Network>, rule: CellRule) -> Self {
+        Self { network, rule }
     }
 
     /// The answers at some places of a building, local metres, and the radius in metres of the patch at each.
@@ -117,7 +103,7 @@ impl Occupancy for Neural {
         let seed = building.seed();
         let median = building.complex.median_volume();
         for cell in building.free() {
-            match self.parameters.rule {
+            match self.rule {
                 CellRule::Mean => places.extend(building.complex.samples(cell, median, seed)),
                 CellRule::Paper => places.push(building.complex.cell_centroid(cell)),
             }
@@ -129,7 +115,7 @@ impl Occupancy for Neural {
         for (cell, end) in ends {
             let answers = &answers[start..end];
             start = end;
-            occupancy[cell as usize] = match self.parameters.rule {
+            occupancy[cell as usize] = match self.rule {
                 CellRule::Mean => {
                     answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).sum::<f64>() / answers.len() as f64
                 }
