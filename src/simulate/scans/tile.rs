@@ -47,7 +47,7 @@ impl TileFile {
         builder.point_format.is_compressed = true;
         // The same scans shall give the same bytes on any day.
         builder.date = None;
-        builder.system_identifier = "simulation".to_owned();
+        "simulation".clone_into(&mut builder.system_identifier);
         builder.generating_software = format!("gable {}", env!("CARGO_PKG_VERSION"));
         builder.has_wkt_crs = true;
         builder.vlrs.push(Vlr {

@@ -132,7 +132,7 @@ fn shards_hold_what_was_asked_and_the_truth() {
     let (mut inside, mut far) = (0, 0);
     for (i, channels) in place.chunks_exact(f as usize).enumerate() {
         let s = scale[i / 256];
-        assert!(s >= 10.0 && s < 13.0, "{s}");
+        assert!((10.0..13.0).contains(&s), "{s}");
         let p = Point3::new(channels[0] * s, channels[1] * s, channels[2] * s);
         assert!((truth.distance(&p) - distance[i]).abs() < 1e-4);
         if distance[i] > 1e-4 {
