@@ -59,6 +59,7 @@ pub struct Generated {
 }
 
 /// What a generated building is made of.
+#[expect(clippy::struct_excessive_bools, reason = "features that occur independently of each other")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Roof of the main block.
