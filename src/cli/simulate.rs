@@ -17,9 +17,10 @@ use super::output::{counted, duration, print, say, table, thousands};
 use super::{Outcome, interrupt};
 use crate::error::{Error, InputError, Result};
 use crate::simulate::shards::{Interface, Job, Manifest, Observer, Sizes, run};
-use crate::simulate::{ScanOptions, Source, Split, generate, read};
+use crate::simulate::{ScanOptions, Source, Split, generate, read, scans};
+use crate::source::crs::Crs;
 
-/// The exit code when it was interrupted, or some scans gave nothing.
+/// The exit code when not all was done that was asked for.
 const INCOMPLETE: u8 = 2;
 /// How often a plain line says how far it is.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
@@ -34,6 +35,15 @@ Examples:
     gable simulate models/*.city.json -o shards/ --interface points2surf
   Validation data under one condition, everything else going well:
     gable simulate city.city.json -o shards/ --split 0,1,0 --clean --density 5 --noise 0.01
+  Buildings that are known exactly, as a tile, and what becomes of them:
+    gable simulate --generate 100 --clean --density 8 --scans town/
+    gable reconstruct town/points.laz -f town/footprints.geojson -o town/model.city.json
+    gable evaluate town/model.city.json --reference town/reference.city.json
+
+Models that are open or invalid are left out and counted. Of the training data, a scan without
+a partition is left out and counted in manifest.json, which also tells which tile is of which
+split: a file is a tile, a file of more than 600 models is divided into blocks of 250 m, and
+generated buildings are tiles of 50.
 
 Of a value such as --density 1..60 every scan draws its own; --density 10 is the same for all.
 The same files, options and seed give the same bytes, whatever the number of threads.
@@ -41,7 +51,8 @@ The same files, options and seed give the same bytes, whatever the number of thr
 Exit codes:
   0  done
   1  nothing could be done, or bad usage
-  2  finished, but some scans gave nothing, or it was interrupted: the manifest says which and why";
+  2  interrupted: what is there is whole, but not all that was asked for; or models that
+     could not be scanned for --scans";
 
 /// What `gable simulate` takes.
 #[derive(Debug, clap::Args)]
@@ -59,11 +70,19 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "1")]
     variants: NonZeroUsize,
 
-    /// Folder for the training data: shards and a manifest
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
+    /// Folder for training data: shards and a manifest
+    #[arg(short, long, value_name = "FOLDER", required_unless_present = "scans")]
+    output: Option<PathBuf>,
 
-    /// Replace training data that are there
+    /// Folder for one scan of each model as a tile, with footprints and the models as reference
+    #[arg(long, value_name = "FOLDER")]
+    scans: Option<PathBuf>,
+
+    /// CRS of models that do not name theirs, such as EPSG:31256 (for --scans)
+    #[arg(long, value_name = "CRS", requires = "scans")]
+    crs: Option<String>,
+
+    /// Replace files that are there
     #[arg(long)]
     overwrite: bool,
 
@@ -103,7 +122,7 @@ pub struct Args {
     sizes: SizeArgs,
 
     #[command(flatten)]
-    scans: ScanArgs,
+    conditions: ScanArgs,
 }
 
 /// Sizes of the training data.
@@ -224,21 +243,67 @@ pub fn main(args: &Args) -> Outcome {
 }
 
 fn simulate(args: &Args) -> Outcome {
-    prepare(&args.output, args.overwrite)?;
+    if let Some(folder) = &args.output {
+        prepare(folder, args.overwrite)?;
+    }
     let sources = sources(args)?;
-    let sizes = sizes(args);
+    let mut code = 0;
+    if let Some(folder) = &args.scans {
+        code = code.max(write_scans(args, &sources, folder)?);
+    }
+    if let Some(folder) = &args.output {
+        code = code.max(make_training_data(args, sources, folder)?);
+    }
+    Ok(code)
+}
+
+/// Scans every model once, as it stands.
+fn write_scans(args: &Args, sources: &[Source], folder: &Path) -> Outcome {
+    let given = args.crs.as_deref().map(Crs::parse).transpose();
+    let given = given.map_err(|fault| InputError { file: "--crs".into(), ..fault })?;
+    let crs = scans::common_crs(sources, given)?;
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
+    let total: usize = sources.iter().map(|source| source.models.len()).sum();
+    let job = scans::Job {
+        sources: sources.to_vec(),
+        crs,
+        options: args.conditions.0.clone(),
+        seed: args.seed,
+        output: folder.to_path_buf(),
+        overwrite: args.overwrite,
+    };
+    let progress = Progress::new(total as u64, args.quiet);
+    let written = scans::write(&job, &|by| progress.advanced(by))?;
+    let elapsed = progress.finish();
+    for (reason, &count) in &written.failed {
+        say(&format!("warning: {} not scanned: {reason}", counted(count as u64, "model")));
+    }
+    if !args.quiet {
+        let [building, ground] = written.points.map(thousands);
+        let files: Vec<String> = written.files.iter().map(|file| format!("  {}", file.display())).collect();
+        print(&format!(
+            "{} scanned in {}: {building} building points, {ground} ground points\n{}\n",
+            counted(written.buildings as u64, "building"),
+            duration(elapsed),
+            files.join("\n")
+        ))?;
+    }
+    Ok(if written.failed.is_empty() { 0 } else { INCOMPLETE })
+}
+
+fn make_training_data(args: &Args, sources: Vec<Source>, folder: &Path) -> Outcome {
     let scans = sources.iter().map(|source| source.models.len()).sum::<usize>() * args.variants.get();
     let job = Job {
         sources,
         variants: args.variants.get(),
-        options: args.scans.0.clone(),
+        options: args.conditions.0.clone(),
         augment: !args.no_augmentation,
         interface: args.interface,
-        sizes,
+        sizes: sizes(args),
         shares: args.split.0,
         seed: args.seed,
         shard: args.sizes.shard.get(),
-        output: args.output.clone(),
+        output: folder.to_path_buf(),
     };
     interrupt::listen();
     interrupt::something_to_save();
@@ -248,7 +313,7 @@ fn simulate(args: &Args) -> Outcome {
     if !args.quiet {
         print(&summary(&manifest, elapsed))?;
     }
-    Ok(if manifest.interrupted || !manifest.failed.is_empty() { INCOMPLETE } else { 0 })
+    Ok(if manifest.interrupted { INCOMPLETE } else { 0 })
 }
 
 /// Makes the folder; refuses one that holds training data.
@@ -433,8 +498,8 @@ mod tests {
 
     #[test]
     fn scans_are_those_for_training_unless_they_are_clean() {
-        assert_eq!(parse(&[]).unwrap().scans.0, ScanOptions::training());
-        let set = parse(&["--density", "5", "--setup", "airborne", "--noise", "0..0.01"]).unwrap().scans.0;
+        assert_eq!(parse(&[]).unwrap().conditions.0, ScanOptions::training());
+        let set = parse(&["--density", "5", "--setup", "airborne", "--noise", "0..0.01"]).unwrap().conditions.0;
         let expected = ScanOptions {
             density: Span::fixed(5.0),
             setup: SetupChoice::Airborne,
@@ -443,7 +508,7 @@ mod tests {
         };
         assert_eq!(set, expected);
         // What stands on the command line goes before what is clean, even where it is as in training.
-        let set = parse(&["--clean", "--density", "1..60", "--dropped", "0.1"]).unwrap().scans.0;
+        let set = parse(&["--clean", "--density", "1..60", "--dropped", "0.1"]).unwrap().conditions.0;
         let expected = ScanOptions { density: Span::new(1.0, 60.0), dropped: Span::fixed(0.1), ..ScanOptions::clean() };
         assert_eq!(set, expected);
     }

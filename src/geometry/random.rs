@@ -80,6 +80,12 @@ mod tests {
             assert!((0.0..1.0).contains(&random.unit()));
         }
         assert!(counts.iter().all(|c| (1_850..2_150).contains(c)), "{counts:?}");
+        let mut heavy = 0;
+        for _ in 0..10_000 {
+            heavy += random.weighted([(1, 3.0), (0, 1.0), (5, 0.0)]);
+            assert!((-2.0..-1.0).contains(&random.between(-2.0, -1.0)));
+        }
+        assert!((7_300..7_700).contains(&heavy), "{heavy}");
         let mut items: Vec<u32> = (0..50).collect();
         random.shuffle(&mut items);
         assert_ne!(items, (0..50).collect::<Vec<_>>());

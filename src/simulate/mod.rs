@@ -13,6 +13,7 @@ mod model;
 mod options;
 mod random;
 mod scan;
+pub mod scans;
 pub mod shards;
 mod source;
 mod span;

@@ -53,14 +53,15 @@ pub(super) fn split(models_of: &BTreeMap<Arc<str>, usize>, shares: [f64; 3], see
         given[chosen] += models;
         splits.push(chosen);
     }
-    for k in 0..3 {
-        let count = |k: usize, splits: &[usize]| splits.iter().filter(|&&s| s == k).count();
-        let richest = (0..3).max_by_key(|&other| (count(other, &splits), std::cmp::Reverse(other))).unwrap_or(0);
-        if shares[k] > 0.0 && count(k, &splits) == 0 && count(richest, &splits) > 1 {
-            let smallest = (0..tiles.len()).filter(|&i| splits[i] == richest).min_by_key(|&i| (tiles[i].2, tiles[i].0));
-            if let Some(tile) = smallest {
-                splits[tile] = k;
-            }
+    let count = |k: usize, splits: &[usize]| splits.iter().filter(|&&s| s == k).count();
+    for wanting in (0..3).filter(|&k| shares[k] > 0.0) {
+        let richest = (0..3).max_by_key(|&k| (count(k, &splits), std::cmp::Reverse(k))).unwrap_or(0);
+        if count(wanting, &splits) > 0 || count(richest, &splits) < 2 {
+            continue;
+        }
+        let of_richest = (0..tiles.len()).filter(|&i| splits[i] == richest);
+        if let Some(smallest) = of_richest.min_by_key(|&i| (tiles[i].2, tiles[i].0)) {
+            splits[smallest] = wanting;
         }
     }
     tiles.iter().zip(splits).map(|((_, tile, _), k)| (Arc::clone(tile), Split::ALL[k])).collect()

@@ -104,7 +104,7 @@ mod tests {
     use nalgebra::{Matrix3, Vector3};
 
     use super::super::mesh::tests::{block, house};
-    use super::super::random::{Draw, Random};
+    use super::super::random::Random;
     use super::*;
 
     /// The winding number by solid angles (van Oosterom and Strackee 1983): another road to the same.

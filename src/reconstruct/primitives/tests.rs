@@ -6,7 +6,6 @@ use proptest::prelude::*;
 
 use super::synthetic::{Scan, gable};
 use super::*;
-use crate::geometry::Random;
 use crate::reconstruct::Parameters;
 
 fn with(detector: Detector) -> Parameters {

@@ -2,6 +2,7 @@
 
 use nalgebra::Point2;
 
+use super::convex::below;
 use super::draft::{Draft, Host, tangent, tenth};
 use super::plan::{Axis, Plan, Rectangle, Side};
 use super::principal::one_of;
@@ -12,6 +13,8 @@ use crate::geometry::Random;
 const TRIES: u32 = 6;
 /// How far a block reaches into the host where their walls meet, metres.
 const GRIP: f64 = 1.0;
+/// How far an annex may rise inside the host above where it meets the wall, metres.
+const HIDDEN: f64 = 0.15;
 /// How far the ridge of a wing stays below that of the host, metres: where they met, so would too many planes.
 const BELOW_RIDGE: f64 = 0.2;
 
@@ -83,9 +86,11 @@ fn wing(random: &mut Random, draft: &mut Draft, host: &Host) -> bool {
     }
     let (inward, top) = host.crest(side, along);
     let flat = host.block.roof.kind == RoofKind::Flat;
-    let inward = if flat { host.rectangle.length(Axis::V) / 2.0 } else { inward };
+    let inward = if flat { host.rectangle.length(Axis::V) / 2.0 } else { inward.max(GRIP) };
     let outward = tenth(random.between(2.0, 4.0) + random.unit() * 0.9 * host.rectangle.length(Axis::V));
-    let lower = if random.chance(0.55) { 0.0 } else { random.between(0.4, 2.5) };
+    // Flush with an end of the host that has eaves itself, two roofs must not start on the same line.
+    let clash = host.block.roof.has_eave(Side::Left) && along.iter().any(|end| host.rectangle.u.contains(end));
+    let lower = if !clash && random.chance(0.55) { 0.0 } else { random.between(0.4, 2.5) };
     let eave = tenth((host.eave() - lower).max(2.2)).min(host.eave());
     let rectangle = host.rectangle.beside(side, along, inward, outward);
     // Lower than the host, under whose ridge it ends.
@@ -155,7 +160,8 @@ fn annex(random: &mut Random, draft: &mut Draft, host: &Host) -> bool {
         }
         _ => Roof::flat(eave),
     };
-    let body = Block { plan: plan.clone(), roof }.body().and([super::convex::below(top)]);
+    // Inside the host the roof goes on to rise, but not to the host's own.
+    let body = Block { plan: plan.clone(), roof }.body().and([below(top + HIDDEN)]);
     draft.add_block(body, plan);
     draft.taken.push((side, along));
     true

@@ -25,8 +25,7 @@ pub(super) fn add(random: &mut Random, draft: &mut Draft, host: &Host, class: Cl
         dormers(random, draft, host);
     }
     let often = match class {
-        Class::House => 0.45,
-        Class::Town | Class::Court => 0.45,
+        Class::House | Class::Town | Class::Court => 0.45,
         Class::Hall => 0.2,
         Class::Garage | Class::Round => 0.03,
     };

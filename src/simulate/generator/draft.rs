@@ -139,14 +139,13 @@ impl Draft {
     }
 
     /// The building, if the draft is a valid solid.
-    pub(super) fn finish(self) -> Result<Generated, Flaw> {
+    pub(super) fn finish(&self) -> Result<Generated, Flaw> {
         let footprint = self.footprint()?;
         let step = self.frame.step();
         let solid = self.placed(&self.expression).solid(step, &footprint)?;
         let neighbours = self.neighbours.iter().map(|neighbour| self.placed(neighbour).solid(step, &footprint));
         let neighbours = neighbours.collect::<Result<Vec<_>, Flaw>>()?;
-        let Self { shape, frame, ground, .. } = self;
-        Ok(Generated { solid, frame, footprint, ground, neighbours, shape })
+        Ok(Generated { solid, frame: self.frame, footprint, ground: self.ground, neighbours, shape: self.shape })
     }
 
     /// An expression in the local frame.

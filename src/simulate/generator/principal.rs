@@ -31,7 +31,7 @@ pub(super) enum Unusual {
 
 /// Draws a building.
 pub(super) fn draw(random: &mut Random) -> Draft {
-    let unusual = random.weighted([(None, 0.864), (Some(Unusual::Arcade), 0.068), (Some(Unusual::Overhang), 0.068)]);
+    let unusual = random.weighted([(None, 0.87), (Some(Unusual::Arcade), 0.065), (Some(Unusual::Overhang), 0.065)]);
     let class = if unusual.is_some() {
         random.weighted([(Class::House, 0.46), (Class::Town, 0.34), (Class::Hall, 0.1), (Class::Court, 0.1)])
     } else {
@@ -56,7 +56,11 @@ fn ordinary(random: &mut Random, class: Class, unusual: Option<Unusual>) -> Draf
     let kind = roof_kind(random, class);
     let rectangle = rectangle(random, class, kind);
     let eave = eave(random, class, unusual.is_some());
-    let roof = roof(random, class, kind, rectangle, eave);
+    let mut roof = roof(random, class, kind, rectangle, eave);
+    if unusual.is_some() {
+        // What lies under or beyond the upper storeys needs them on all sides.
+        roof.eaves = [eave; 2];
+    }
     let may_join = matches!(class, Class::House | Class::Town) && kind != RoofKind::Pyramid;
     let party = if may_join && random.chance(0.34) { party::sides(random) } else { Vec::new() };
 

@@ -102,9 +102,10 @@ impl Roof {
         match (self.kind, self.role(side)) {
             (RoofKind::Flat, _) => false,
             (RoofKind::Shed, role) => matches!(role, Role::Eave(i) if self.tangents[i] > 0.0),
-            (RoofKind::Gable | RoofKind::Gambrel | RoofKind::HalfHip, role) => matches!(role, Role::Eave(_)),
             (RoofKind::Hip, Role::End(end)) => self.hipped[end],
-            (RoofKind::Hip, role) => matches!(role, Role::Eave(_)),
+            (RoofKind::Gable | RoofKind::Gambrel | RoofKind::HalfHip | RoofKind::Hip, role) => {
+                matches!(role, Role::Eave(_))
+            }
             (RoofKind::Mansard | RoofKind::Pyramid | RoofKind::Dome, _) => true,
         }
     }
@@ -141,7 +142,7 @@ impl Roof {
                             sides.push(edge.slope(self.eaves[0], first));
                         }
                         (RoofKind::Hip, Role::End(i)) if self.hipped[i] => {
-                            sides.push(edge.slope(self.eaves[0], second))
+                            sides.push(edge.slope(self.eaves[0], second));
                         }
                         (RoofKind::HalfHip, Role::End(i)) if self.hipped[i] => {
                             sides.push(edge.slope(self.eaves[0] + self.rise, second));

@@ -81,7 +81,7 @@ impl Strip {
     ) {
         let across = Vector2::new(-self.along.y, self.along.x);
         let Aabb { min, max } = scene.aabb;
-        let middle = Vector2::new((min[0] + max[0]) / 2.0, (min[1] + max[1]) / 2.0);
+        let middle = Vector2::new(f64::midpoint(min[0], max[0]), f64::midpoint(min[1], max[1]));
         // What is high is met by pulses that aim at the ground behind it.
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for corner in 0..8 {

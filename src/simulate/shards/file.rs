@@ -17,7 +17,7 @@ use crate::sink::write_whole;
 
 /// The version of the format of shards.
 pub(super) const VERSION: &str = "1";
-/// What the channels of the bare inputs of Points2Surf are called.
+/// What the channels of the bare inputs of `Points2Surf` are called.
 const OFFSETS: [&str; 3] = ["offset_x", "offset_y", "offset_z"];
 
 /// What is written into the head of every shard.

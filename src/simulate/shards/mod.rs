@@ -20,7 +20,7 @@ pub use manifest::{Manifest, SourceRecord};
 pub enum Interface {
     /// The field of this project: a raster of the building, and the place with its nearest points.
     Field,
-    /// Points2Surf, the network of the paper: the nearest points and a sub-sample.
+    /// `Points2Surf`, the network of the paper: the nearest points and a sub-sample.
     Points2surf,
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use geo::{Area, BooleanOps, MultiPolygon};
 use rayon::prelude::*;
 
 use super::super::mesh::Mesh;
@@ -28,6 +29,8 @@ const PLANARITY: f64 = 0.05;
 const LEAST_AREA: f64 = 6.0;
 /// Models that are lower, metres.
 const LEAST_HEIGHT: f64 = 1.5;
+/// A solid whose outline has more than this in common with that of another, m², stands on it, under it or in it.
+const OVERLAP: f64 = 0.5;
 /// Models with a longer side, metres, are not of one building.
 const MOST_SIDE: f64 = 250.0;
 
@@ -38,7 +41,8 @@ struct Candidate {
 }
 
 /// Reads the LoD 2 solids of a CityJSON (1.0 to 2.0) or CityJSONSeq file, each a model: a building of several parts is as
-/// many models, which are each other's neighbours. Of an object with several geometries of LoD 2 the one with the highest
+/// many models, which are each other's neighbours. Parts that stand on one another, a dormer on a roof say, are not: each is
+/// scanned as if the other were not there, since points on the other would be no part of its truth. Of an object with several geometries of LoD 2 the one with the highest
 /// is taken, or that of `lod`. A `MultiSurface` that is closed is as good as a solid.
 ///
 /// The file is one tile, unless it has more than 600 models: then blocks of 250 m are.
@@ -106,6 +110,7 @@ fn assemble(name: &str, frame: Frame, crs: Option<Crs>, candidates: Vec<Candidat
     }
     let near = Near::new(there.iter().map(|(.., aabb, _)| *aabb).collect());
     let meshes: Vec<Arc<Mesh>> = there.iter().map(|(_, _, mesh, ..)| Arc::clone(mesh)).collect();
+    let outlines: Vec<MultiPolygon<f64>> = meshes.par_iter().map(|mesh| mesh.outline()).collect();
     let is_large = there.iter().filter(|(.., is_sound)| *is_sound).count() > TILE_MODELS;
     let whole: Arc<str> = name.into();
     let mut models: Vec<Model> = there
@@ -113,7 +118,11 @@ fn assemble(name: &str, frame: Frame, crs: Option<Crs>, candidates: Vec<Candidat
         .enumerate()
         .filter(|(_, (.., is_sound))| *is_sound)
         .map(|(index, (id, solid, mesh, aabb, _))| {
-            let neighbours = near.around(index).into_iter().filter_map(|i| meshes.get(i).cloned()).collect();
+            let footprint = outlines.get(index).cloned().unwrap_or_else(|| MultiPolygon::new(Vec::new()));
+            let beside = near.around(index).into_iter().filter(|&i| {
+                outlines.get(i).is_some_and(|other| other.intersection(&footprint).unsigned_area() <= OVERLAP)
+            });
+            let neighbours = beside.filter_map(|i| meshes.get(i).cloned()).collect();
             let block = [0, 1].map(|i| (f64::midpoint(aabb.min[i], aabb.max[i]) / BLOCK).floor() as i64);
             let tile = if is_large { format!("{name}/{}_{}", block[0], block[1]).into() } else { Arc::clone(&whole) };
             Model {
@@ -122,7 +131,7 @@ fn assemble(name: &str, frame: Frame, crs: Option<Crs>, candidates: Vec<Candidat
                 shape: None,
                 frame,
                 solid: Arc::new(solid),
-                footprint: mesh.outline(),
+                footprint,
                 mesh,
                 ground: aabb.min[2],
                 neighbours,
@@ -130,12 +139,12 @@ fn assemble(name: &str, frame: Frame, crs: Option<Crs>, candidates: Vec<Candidat
         })
         .collect();
     let before = models.len();
-    models.retain(|model| geo::Area::unsigned_area(&model.footprint) >= LEAST_AREA);
+    models.retain(|model| model.footprint.unsigned_area() >= LEAST_AREA);
     if models.len() < before {
         *left_out.entry(format!("smaller than {LEAST_AREA} m²")).or_default() += before - models.len();
     }
     let tiling = if is_large { format!("blocks of {BLOCK} m, since it is large") } else { "one tile".to_owned() };
-    Source { name: name.to_owned(), models, left_out, crs, tiling }
+    Source { name: name.to_owned(), models, left_out, crs, tiling, is_generated: false }
 }
 
 /// What a candidate is worth.

@@ -28,7 +28,7 @@ pub fn generate(count: usize, seed: u64) -> Source {
         }
     }
     let tiling = format!("tiles of {TILE} in the order of their seeds");
-    Source { name: "generator".to_owned(), models, left_out, crs: None, tiling }
+    Source { name: "generator".to_owned(), models, left_out, crs: None, tiling, is_generated: true }
 }
 
 fn model(number: usize, made: Generated) -> Model {

@@ -27,6 +27,8 @@ pub struct Source {
     pub crs: Option<Crs>,
     /// How the source is divided into tiles, in a sentence.
     pub tiling: String,
+    /// Whether the models are the generator's, which stand nowhere.
+    pub is_generated: bool,
 }
 
 impl Source {
