@@ -11,15 +11,19 @@ FOOTPRINT = "footprint_"
 
 @dataclass(frozen=True)
 class Interface:
-    """Sizes and channel names of the inputs of one network; see the README for the tensors."""
+    """Sizes and channel names of the inputs of one network, as the metadata of shards and network files tell them.
 
-    name: str = "field"
-    raster_channels: tuple = tuple(f"r{i}" for i in range(20))
-    grid: int = 32
-    place_channels: tuple = ("x", "y", "z") + tuple(f"p{i}" for i in range(3, 14))
-    patch_channels: tuple = ("dx", "dy", "dz", "distance", "plane_distance", "plane_nz", "plane_flag")
-    neighbours: int = 16
-    subsample: int = 1000
+    The first three place channels are x, y, z of the building's frame; the first four patch channels are the offset
+    Δx, Δy, Δz and its length, all divided by the radius of the patch.
+    """
+
+    name: str
+    raster_channels: tuple
+    grid: int
+    place_channels: tuple
+    patch_channels: tuple
+    neighbours: int
+    subsample: int
 
     def footprint_raster(self):
         """Indices of the raster channels that come from the footprint."""

@@ -3,6 +3,7 @@
 import copy
 import inspect
 import io
+import warnings
 
 import numpy as np
 import torch
@@ -55,6 +56,11 @@ def tempered(layer, temperature):
     layer.bias.div_(temperature)
 
 
+def exportable(network):
+    """Whether there is an interface for this network: the ablations without raster or local branch have none."""
+    return isinstance(network, Points2Surf) or (isinstance(network, FieldNetwork) and network.branch == "raster" and network.local)
+
+
 def graphs(network, temperature, batch):
     """[(file name, module, example inputs, input names, output name)] of a network."""
     sizes = network.interface
@@ -63,8 +69,8 @@ def graphs(network, temperature, batch):
     if isinstance(network, Points2Surf):
         graph = Points2SurfGraph(network, temperature)
         return [("decoder.onnx", graph, (patch, torch.zeros(batch, sizes.subsample, 3)), ["patch", "subsample"], "field")]
-    if not isinstance(network, FieldNetwork) or network.branch != "raster" or not network.local:
-        raise ValueError("only networks with a raster and a local branch have a file; the other variants are ablations")
+    if not exportable(network):
+        raise ValueError("only networks with a raster and a local branch have a file; the other variants are for comparison")
     raster = torch.zeros(1, len(sizes.raster_channels), sizes.grid, sizes.grid)
     with torch.no_grad():
         code = network.encoder(raster).shape[1]
@@ -110,6 +116,8 @@ def onnx_bytes(module, inputs, names, output):
     # From 2.9 on torch would take its other exporter, which needs more packages and names operators differently.
     if "dynamo" in inspect.signature(torch.onnx.export).parameters:
         options["dynamo"] = False
-    with torch.no_grad():
+    with torch.no_grad(), warnings.catch_warnings():
+        # Torch 1.13 warns of its own constants.
+        warnings.filterwarnings("ignore", message="The shape inference of prim::Constant type is missing")
         torch.onnx.export(module, inputs, buffer, **options)
     return buffer.getvalue()

@@ -32,9 +32,18 @@ class Points2Surf(nn.Module):
 
     def forward(self, batch):
         """Answers [n·Q, 2] (sign logit, raw p with |d| = r·|p|) of a batch: subsample [n, 1000, 3], place, patch."""
-        place, patch = batch["place"][..., :3], batch["patch"]
-        around = batch["subsample"].unsqueeze(1) - place.unsqueeze(2)
-        return self.decode(patch.flatten(0, 1), around.flatten(0, 1))
+        place, patch = batch["place"][..., :3], batch["patch"].flatten(0, 1)
+        queries = place.shape[1]
+        owner = torch.arange(place.shape[0], device=place.device).repeat_interleave(queries)
+        place = place.flatten(0, 1)
+        # BatchNorm needs the whole batch in training; evaluation goes in pieces that fit into memory.
+        piece = len(place) if self.training else 128
+        answers = []
+        for start in range(0, len(place), piece):
+            part = slice(start, start + piece)
+            around = batch["subsample"][owner[part]] - place[part].unsqueeze(1)
+            answers.append(self.decode(patch[part], around))
+        return torch.cat(answers)
 
     def hidden(self, patch, subsample):
         """The features [B, H] that both answers are read from."""

@@ -1,0 +1,118 @@
+"""The end of a run: calibration, figures, model card and network file."""
+
+import json
+import platform
+from pathlib import Path
+
+import torch
+
+from . import metrics, network_file
+from .batches import Batches
+from .shards import Shards
+
+CREDIT = """\
+- 3DBAG (LoD 2 models of the Netherlands): © 3D geoinformation group (TU Delft) and 3DGI, CC BY 4.0, https://3dbag.nl
+- Generator of `gable simulate` (procedural buildings): made with gable, under gable's own licence
+- Virtual scans of both by `gable simulate`; no measured points"""
+
+
+def finish(trainer, split="validation", report=print):
+    """Calibrate on the validation split, evaluate `split`, write the figures, the card and the network file."""
+    out, config = trainer.out, trainer.config
+    network = trainer.averaged()
+    limit = config.run.validation_scans
+    validation = metrics.predict(network, trainer.validation, trainer.device, limit)
+    temperature = metrics.temperature(validation)
+    predictions = validation
+    if split != "validation":
+        predictions = metrics.predict(network, Batches(Shards(trainer.data, split), config), trainer.device, limit)
+    evaluation, rules = metrics.evaluate(predictions, temperature), metrics.rules(predictions, temperature)
+    figures = {
+        "name": config.name,
+        "note": config.note,
+        "split": split,
+        "steps": trainer.step,
+        "minutes": round(trainer.seconds / 60.0, 2),
+        "seed": config.run.seed,
+        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "temperature": temperature,
+        "figures": evaluation,
+        "rules": rules,
+    }
+    (out / "metrics.json").write_text(json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
+    text = metrics.table(evaluation)
+    (out / "metrics.md").write_text(text + "\n" + metrics.rules_table(rules))
+    report(text)
+    card = model_card(trainer, figures, text)
+    (out / "card.md").write_text(card)
+    path = out / f"{config.name}.safetensors"
+    if network_file.exportable(network):
+        network_file.write(path, network, name=config.name, temperature=temperature, batch=config.run.export_batch, card=card)
+        report(f"temperature {temperature:.3f}; network file {path} ({path.stat().st_size / 1e6:.2f} MB)")
+    else:
+        report(f"temperature {temperature:.3f}; no network file: {config.name} is a variant for comparison only")
+    return figures
+
+
+def model_card(trainer, figures, table):
+    """The card that travels in the network file, as Markdown."""
+    config = trainer.config
+    shards = trainer.batches.shards
+    hours = trainer.seconds / 3600.0
+    return f"""\
+# {config.name}
+
+{config.note or "Tells for a place in space how likely it is inside a building, and how far the surface is."}
+
+Input: airborne points of one building, its footprint if there is one. Interface "{figures_interface(trainer)}".
+Output: probability of being inside (calibrated on cells, temperature {figures["temperature"]:.3f}) and distance to the surface.
+
+## Data
+
+{CREDIT}
+- {len(shards)} training scans × {shards.layout.queries} queries, {len(trainer.validation.shards)} validation scans; split by tile
+{manifest_lines(trainer.data)}
+## Training
+
+- {figures["parameters"]} parameters, {figures["steps"]} steps of {config.batch.scans} scans, {hours:.2f} h, seed {config.run.seed}
+- hardware: {hardware(trainer.device)}; torch {torch.__version__}
+
+## Figures ({figures["split"]} split; "vote" is the height-field vote on the same cells)
+
+{table}
+## Limits
+
+Trained on Dutch buildings and made-up ones, scanned virtually. Not meant for terrestrial scans, bridges or vegetation.
+"""
+
+
+def figures_interface(trainer):
+    """Name of the interface."""
+    return trainer.network.interface.name
+
+
+def manifest_lines(data):
+    """What the manifest of the shards tells of their sources, one line per source."""
+    path = Path(data) / "manifest.json"
+    if not path.exists():
+        return ""
+    sources = json.loads(path.read_text()).get("sources", [])
+    if isinstance(sources, dict):
+        sources = [{"name": name, "count": count} for name, count in sources.items()]
+    lines = [f"- {', '.join(f'{key} {value}' for key, value in source.items() if not isinstance(value, (dict, list)))}" for source in sources if isinstance(source, dict)]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def hardware(device):
+    """What it ran on, in words."""
+    if device.type == "cuda":
+        return torch.cuda.get_device_name(device)
+    model = platform.processor() or platform.machine()
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                model = line.split(":", 1)[1].strip()
+                break
+    except OSError:
+        pass
+    return f"{model}, {torch.get_num_threads()} thread(s)"
