@@ -107,6 +107,8 @@ class Config:
     name: str
     note: str = ""
     """One line for tables: what is special about this configuration."""
+    credit: tuple = ()
+    """Sources of the shards with licence and credit, for the model card: one line each."""
     network: Network = field(default_factory=Network)
     inputs: Inputs = field(default_factory=Inputs)
     batch: Batch = field(default_factory=Batch)

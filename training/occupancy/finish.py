@@ -1,5 +1,6 @@
 """The end of a run: calibration, figures, model card and network file."""
 
+import dataclasses
 import json
 import platform
 from pathlib import Path
@@ -9,11 +10,6 @@ import torch
 from . import metrics, network_file
 from .batches import Batches
 from .shards import Shards
-
-CREDIT = """\
-- 3DBAG (LoD 2 models of the Netherlands): © 3D geoinformation group (TU Delft) and 3DGI, CC BY 4.0, https://3dbag.nl
-- Generator of `gable simulate` (procedural buildings): made with gable, under gable's own licence
-- Virtual scans of both by `gable simulate`; no measured points"""
 
 
 def finish(trainer, split="validation", report=print):
@@ -27,6 +23,12 @@ def finish(trainer, split="validation", report=print):
     if split != "validation":
         predictions = metrics.predict(network, Batches(Shards(trainer.data, split), config), trainer.device, limit)
     evaluation, rules = metrics.evaluate(predictions, temperature), metrics.rules(predictions, temperature)
+    sizes = trainer.batches.shards.interface
+    if config.inputs.footprint and (sizes.footprint_place() or sizes.footprint_raster()):
+        # The network has to work without a footprint too: the same scans, the footprint's channels withheld.
+        blind = dataclasses.replace(config, inputs=dataclasses.replace(config.inputs, footprint=False))
+        withheld = metrics.predict(network, Batches(Shards(trainer.data, split), blind), trainer.device, limit)
+        evaluation["all, footprint withheld"] = metrics.evaluate(withheld, temperature)["all"]
     figures = {
         "name": config.name,
         "note": config.note,
@@ -64,12 +66,12 @@ def model_card(trainer, figures, table):
 
 {config.note or "Tells for a place in space how likely it is inside a building, and how far the surface is."}
 
-Input: airborne points of one building, its footprint if there is one. Interface "{figures_interface(trainer)}".
+Input: airborne points of one building, its footprint if there is one. Interface "{trainer.network.interface.name}".
 Output: probability of being inside (calibrated on cells, temperature {figures["temperature"]:.3f}) and distance to the surface.
 
 ## Data
 
-{CREDIT}
+{credit_lines(config)}
 - {len(shards)} training scans × {shards.layout.queries} queries, {len(trainer.validation.shards)} validation scans; split by tile
 {manifest_lines(trainer.data)}
 ## Training
@@ -82,13 +84,13 @@ Output: probability of being inside (calibrated on cells, temperature {figures["
 {table}
 ## Limits
 
-Trained on Dutch buildings and made-up ones, scanned virtually. Not meant for terrestrial scans, bridges or vegetation.
+Trained on virtual scans of the buildings above: unseen kinds of buildings and sensors have to be measured. Not meant for bridges or vegetation.
 """
 
 
-def figures_interface(trainer):
-    """Name of the interface."""
-    return trainer.network.interface.name
+def credit_lines(config):
+    """Sources with licence and credit; what the configuration does not tell is not made up."""
+    return "\n".join(f"- {line}" for line in config.credit) or "- the configuration names no source and no licence"
 
 
 def manifest_lines(data):

@@ -43,6 +43,10 @@ class Shards:
             for key in ("interface", "raster_channels", "place_channels", "patch_channels", "near", "uniform", "cells", "samples_per_cell", "setups"):
                 if metadata.get(key) != described[1].get(key):
                     raise FormatError(f"{path}: {key} is {metadata.get(key)!r}, but {described[1].get(key)!r} in {described[0]}; one folder holds one kind of shards")
+            for name, tensor in tensors.items():
+                wanted = self.files[0][1].get(name) if self.files else tensor
+                if wanted is None or wanted.shape[1:] != tensor.shape[1:] or len(tensor) != len(next(iter(tensors.values()))):
+                    raise FormatError(f"{path}: {name} {tensor.shape} does not fit the other tensors, or those of {described[0]}")
             self.files.append((path, tensors))
         path, metadata = described
         self.setups = names(metadata.get("setups", ""))

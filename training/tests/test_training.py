@@ -108,7 +108,7 @@ class TrainingTest(unittest.TestCase):
 
     def test_the_command_writes_figures_card_and_network(self):
         config = self.out / "small.toml"
-        config.write_text('name = "small"\n[network]\nwidths = [8, 16]\n[batch]\nscans = 4\n[run]\nlog_steps = 2\n')
+        config.write_text('name = "small"\ncredit = ["Villages by A, CC BY 4.0"]\n[network]\nwidths = [8, 16]\n[batch]\nscans = 4\n[run]\nlog_steps = 2\n')
         command = ["--config", str(config), "--data", str(self.data), "--out", str(self.out / "run"), "--steps", "4", "--seed", "9"]
         with contextlib.redirect_stdout(io.StringIO()):
             self.assertEqual(train.main(command), 0)
@@ -116,7 +116,7 @@ class TrainingTest(unittest.TestCase):
         self.assertEqual(sorted(tensors), ["decoder.onnx", "encoder.onnx"])
         self.assertEqual(metadata["raster_channels"], ",".join(synthetic.RASTER))
         self.assertEqual((metadata["interface"], metadata["version"], metadata["grid"], metadata["code"]), ("field", "1", "16", "24"))
-        for text in ("CC BY 4.0", "3DGI", "seed 9", "4 steps", "boxes and gables"):
+        for text in ("- Villages by A, CC BY 4.0", "seed 9", "4 steps", "boxes and gables"):
             self.assertIn(text, metadata["card"])
         figures = json.loads((self.out / "run" / "metrics.json").read_text())
         self.assertEqual(figures["figures"]["all"]["scans"], 8)
