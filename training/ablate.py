@@ -39,7 +39,13 @@ def one(options, path):
     out = options.out / config.name
     finished = out / "metrics.json"
     if finished.exists():
-        return json.loads(finished.read_text())
+        figures = json.loads(finished.read_text())
+        length = figures["steps"] if options.steps else figures["minutes"]
+        wanted = options.steps or options.minutes
+        # A run by the clock ends with the step that passes it.
+        if figures["seed"] != config.run.seed or not wanted <= length <= wanted * 1.05 + 0.5:
+            raise ResumeError(f"{out}: finished with another length ({length:g}) or seed ({figures['seed']}); take another --out")
+        return figures
     resume = (out / "checkpoint.pt").exists()
     return run(config, options.data, out, options.device, options.threads, resume, lambda text: print(text, flush=True))
 

@@ -1,6 +1,6 @@
 """The field network: one code of the building, looked up at the query, and a local branch on its nearest points.
 
-The building is encoded once; a query then costs about 33 000 multiplications. The decoder looks the code up at the query,
+The building is encoded once; a query then costs about 31 000 multiplications. The decoder looks the code up at the query,
 adds the query's place and the pooled features of its nearest points, and answers with the sign and the distance.
 """
 
