@@ -106,7 +106,7 @@ def main(argv=None):
             runs.append(figures)
             # After every run: a table of what there is, should the rest not come.
             options.table.write_text(document(runs, budget))
-    except (ConfigError, FormatError, ResumeError, OSError) as error:
+    except (ConfigError, FormatError, ResumeError, ModuleNotFoundError, OSError) as error:
         print(f"ablate.py: {error}", file=sys.stderr)
         return 1
     return 0

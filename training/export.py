@@ -8,6 +8,7 @@ from pathlib import Path
 
 import torch
 
+from occupancy import network_file
 from occupancy.config import ConfigError, load
 from occupancy.finish import finish
 from occupancy.safetensors import FormatError
@@ -32,12 +33,13 @@ def main(argv=None):
     options = arguments(argv)
     torch.set_num_threads(options.threads)
     try:
+        network_file.require_exporter()
         config = load(options.config)
         if options.seed is not None:
             config = dataclasses.replace(config, run=dataclasses.replace(config.run, seed=options.seed))
         trainer = Trainer(config, options.data, options.out, options.device, resume=True)
         finish(trainer, options.split)
-    except (ConfigError, FormatError, ResumeError, OSError) as error:
+    except (ConfigError, FormatError, ResumeError, ModuleNotFoundError, OSError) as error:
         print(f"export.py: {error}", file=sys.stderr)
         return 1
     return 0

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import torch
 
+from occupancy import network_file
 from occupancy.config import ConfigError, load
 from occupancy.finish import finish
 from occupancy.safetensors import FormatError
@@ -32,6 +33,7 @@ def arguments(argv):
 
 def run(config, data, out, device="cpu", threads=1, resume=False, report=print):
     """Train and finish; the figures, or None when a signal stopped the run."""
+    network_file.require_exporter()
     torch.set_num_threads(threads)
     if torch.device(device).type == "cuda":
         if not torch.cuda.is_available():
@@ -66,7 +68,7 @@ def main(argv=None):
     try:
         config = with_length(load(options.config), options.steps, options.minutes, options.seed)
         figures = run(config, options.data, options.out, options.device, options.threads, options.resume, lambda text: print(text, flush=True))
-    except (ConfigError, FormatError, ResumeError, OSError) as error:
+    except (ConfigError, FormatError, ResumeError, ModuleNotFoundError, OSError) as error:
         print(f"train.py: {error}", file=sys.stderr)
         return 1
     return 0 if figures else 130

@@ -1,6 +1,7 @@
 """The network file: ONNX graphs and their description in one safetensors file, as `gable reconstruct --model` reads it."""
 
 import copy
+import importlib.util
 import inspect
 import io
 import warnings
@@ -107,6 +108,12 @@ def write(path, network, *, name, temperature=1.0, batch=256, card=""):
     else:
         metadata["subsample"] = sizes.subsample
     safetensors.write(path, tensors, metadata)
+
+
+def require_exporter():
+    """Fail before the training rather than after it: torch from 2 on exports with the help of the package onnx."""
+    if int(torch.__version__.split(".")[0]) >= 2 and importlib.util.find_spec("onnx") is None:
+        raise ModuleNotFoundError(f"torch {torch.__version__} needs the package onnx to write the network file: pip install onnx")
 
 
 def onnx_bytes(module, inputs, names, output):

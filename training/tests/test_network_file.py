@@ -33,6 +33,10 @@ def disturbed(network):
 
 class NetworkFileTest(unittest.TestCase):
     def setUp(self):
+        try:
+            network_file.require_exporter()
+        except ModuleNotFoundError as error:
+            self.skipTest(str(error))
         torch.manual_seed(1)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
