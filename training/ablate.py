@@ -20,10 +20,20 @@ COLUMNS = ("cell_accuracy", "cell_iou", "calibration_error", "all_outside")
 def arguments(argv):
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("configs", type=Path, nargs="*", help="configurations; the first is the one compared with (default: field.toml and ablations/*.toml)")
+    parser.add_argument(
+        "configs",
+        type=Path,
+        nargs="*",
+        help="configurations; the first is the one compared with (default: field.toml and ablations/*.toml)",
+    )
     parser.add_argument("--data", type=Path, required=True, help="folder of shards")
     parser.add_argument("--out", type=Path, required=True, help="folder for the runs, one folder each")
-    parser.add_argument("--table", type=Path, default=FOLDER / "ABLATIONS.md", help="Markdown file to write (default: training/ABLATIONS.md)")
+    parser.add_argument(
+        "--table",
+        type=Path,
+        default=FOLDER / "ABLATIONS.md",
+        help="Markdown file to write (default: training/ABLATIONS.md)",
+    )
     length = parser.add_mutually_exclusive_group(required=True)
     length.add_argument("--minutes", type=float, help="minutes of training, each")
     length.add_argument("--steps", type=int, help="steps of training, each")
@@ -44,7 +54,9 @@ def one(options, path):
         wanted = options.steps or options.minutes
         # A run by the clock ends with the step that passes it.
         if figures["seed"] != config.run.seed or not wanted <= length <= wanted * 1.05 + 0.5:
-            raise ResumeError(f"{out}: finished with another length ({length:g}) or seed ({figures['seed']}); take another --out")
+            raise ResumeError(
+                f"{out}: finished with another length ({length:g}) or seed ({figures['seed']}); take another --out"
+            )
         return figures
     resume = (out / "checkpoint.pt").exists()
     return run(config, options.data, out, options.device, options.threads, resume, lambda text: print(text, flush=True))
@@ -54,17 +66,21 @@ def document(runs, budget):
     """ABLATIONS.md: a row per run, then the other ways to ask the first one."""
     first = runs[0]
     vote = first["figures"]["all"]["vote"]
+    scans = first["figures"]["all"]["scans"]
+    header = ("configuration", "what", "parameters", "steps", "sign near", "sign uniform", "cell accuracy", "cell IoU")
+    header += ("IoU airborne", "calibration error", "all outside")
     lines = [
         "# Ablations",
         "",
         "Written by `training/ablate.py`; do not edit. Every row was trained on the same shards for the same budget",
-        f"({budget}, seed {first['seed']}) and is evaluated on the {first['split']} split ({first['figures']['all']['scans']} scans), tiles that training never saw.",
-        "Cell IoU is weighted by volume, every scan counting alike. The vote is the height-field vote on the same cells.",
+        f"({budget}, seed {first['seed']}) and is evaluated on the {first['split']} split ({scans} scans): tiles that",
+        "training never saw. Cell IoU is weighted by volume, every scan counting alike. The vote is the height-field vote",
+        "on the same cells.",
         "",
         "## Design",
         "",
-        "| configuration | what | parameters | steps | sign near | sign uniform | cell accuracy | cell IoU | IoU airborne | calibration error | all outside |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "| " + " | ".join(header) + " |",
+        "|" + "---|" * len(header),
     ]
     for figures in runs:
         everything = figures["figures"]["all"]
@@ -74,7 +90,13 @@ def document(runs, budget):
         lines.append("| " + " | ".join(cells) + " |")
     cells = ["height-field vote", "No network", "0", "–", "–", "–"] + columns(vote, airborne(first, "vote"))
     lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", f"## Ways to ask `{first['name']}`", "", "The same trained network and the same cells; only the rule differs that makes one occupancy of a cell's samples.", ""]
+    lines += [
+        "",
+        f"## Ways to ask `{first['name']}`",
+        "",
+        "The same network and the same cells; only the rule differs that makes one occupancy of a cell's samples.",
+        "",
+    ]
     lines.append(metrics.rules_table(first["rules"]))
     lines += [f"## `{first['name']}` by set-up, density and noise", "", metrics.table(first["figures"])]
     return "\n".join(lines)

@@ -21,7 +21,9 @@ def arguments(argv):
     parser.add_argument("--config", type=Path, required=True, help="configuration of the run (TOML)")
     parser.add_argument("--data", type=Path, required=True, help="folder of shards")
     parser.add_argument("--out", type=Path, required=True, help="folder of the run")
-    parser.add_argument("--split", default="validation", help="split to evaluate: validation or test (default: validation)")
+    parser.add_argument(
+        "--split", default="validation", help="split to evaluate: validation or test (default: validation)"
+    )
     parser.add_argument("--seed", type=int, help="seed of the run, if the command line gave one")
     parser.add_argument("--device", default="cpu", help="cpu or cuda (default: cpu)")
     parser.add_argument("--threads", type=int, default=1, help="threads of the CPU (default: 1)")

@@ -40,7 +40,8 @@ def run(config, data, out, device="cpu", threads=1, resume=False, report=print):
             raise ConfigError("--device cuda: torch finds no CUDA device; take --device cpu")
         torch.set_float32_matmul_precision("high")
     trainer = Trainer(config, data, out, device, resume)
-    report(f"{config.name}: {sum(p.numel() for p in trainer.network.parameters())} parameters, {len(trainer.batches.shards)} training scans, from step {trainer.step}")
+    parameters, scans = sum(p.numel() for p in trainer.network.parameters()), len(trainer.batches.shards)
+    report(f"{config.name}: {parameters} parameters, {scans} training scans, from step {trainer.step}")
     if not trainer.train(report):
         report(f"stopped by a signal at step {trainer.step}; go on with --resume")
         return None
@@ -67,7 +68,15 @@ def main(argv=None):
     options = arguments(argv)
     try:
         config = with_length(load(options.config), options.steps, options.minutes, options.seed)
-        figures = run(config, options.data, options.out, options.device, options.threads, options.resume, lambda text: print(text, flush=True))
+        figures = run(
+            config,
+            options.data,
+            options.out,
+            options.device,
+            options.threads,
+            options.resume,
+            lambda text: print(text, flush=True),
+        )
     except (ConfigError, FormatError, ResumeError, ModuleNotFoundError, OSError) as error:
         print(f"train.py: {error}", file=sys.stderr)
         return 1

@@ -8,7 +8,9 @@ import torch
 
 from .shards import CELL_TENSORS, QUERY_TENSORS, SCAN_TENSORS, draw
 
-SQUARE = tuple((mirror_x, mirror_y, swap) for swap in (False, True) for mirror_y in (False, True) for mirror_x in (False, True))
+SQUARE = tuple(
+    (mirror_x, mirror_y, swap) for swap in (False, True) for mirror_y in (False, True) for mirror_x in (False, True)
+)
 """The 8 symmetries of the square: first mirror x, mirror y, then exchange x and y."""
 
 
@@ -40,11 +42,13 @@ def without_gravity(scan, random):
     """Turn one scan at random in space about the middle of its points, and drop what knows the vertical, in place."""
     q = random.normal(size=4)
     w, x, y, z = q / np.linalg.norm(q)
-    turn = np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
     points = scan["subsample"].astype(np.float32)
     # The frame's origin lies on the ground, which would tell the vertical.
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -64,20 +68,26 @@ class Batches:
 
     def __init__(self, shards, config):
         self.shards, self.config = shards, config
-        points = config.network.kind == "points2surf" or config.network.branch in ("tokens", "code") or not config.inputs.gravity
+        points = (
+            config.network.kind == "points2surf"
+            or config.network.branch in ("tokens", "code")
+            or not config.inputs.gravity
+        )
         raster = config.network.kind == "field" and config.network.branch == "raster"
         self.names = QUERY_TENSORS + (("raster",) if raster else ()) + (("subsample",) if points else ())
         self.epoch, self.order = None, None
 
     def load(self, indices, batch, random, training):
-        """The scans `indices` as one dictionary of tensors [n, …], with the layout of their queries under "layout"."""
+        """The scans `indices` as one dictionary of tensors [n, …], the layout of their queries under "layout"."""
         inputs, interface = self.config.inputs, self.shards.interface
         scans = []
         for index in indices:
             mapped = self.shards.scan(index)
             queries, cells, layout = draw(self.shards.layout, batch, random)
             # Indexing by an array copies: what follows may change it.
-            scan = {name: mapped[name][queries] if name in QUERY_TENSORS else np.array(mapped[name]) for name in self.names}
+            scan = {
+                name: mapped[name][queries] if name in QUERY_TENSORS else np.array(mapped[name]) for name in self.names
+            }
             scan.update({name: mapped[name][cells] for name in CELL_TENSORS})
             scan.update({name: mapped[name] for name in SCAN_TENSORS})
             if not inputs.footprint or (training and random.random() < inputs.footprint_dropout):
@@ -130,7 +140,9 @@ class Loader:
             try:
                 item = batches.training(step, seed)
                 if pin:
-                    item = {name: value.pin_memory() if torch.is_tensor(value) else value for name, value in item.items()}
+                    item = {
+                        name: value.pin_memory() if torch.is_tensor(value) else value for name, value in item.items()
+                    }
             except Exception as error:  # handed over: the training thread raises it again
                 item = error
             while not self.stop.is_set():

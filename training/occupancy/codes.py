@@ -5,7 +5,7 @@ from torch import nn
 
 
 class PointCode(nn.Module):
-    """One code for the whole building: a PointNet with a maximum over the sub-sample (as DeepSDF-type networks have)."""
+    """One code for the whole building: a PointNet with a maximum over the sub-sample, as in DeepSDF."""
 
     def __init__(self, code, widths=(32, 64, 128)):
         super().__init__()

@@ -171,9 +171,13 @@ def check(config, path):
     if network.kind not in ("field", "points2surf"):
         raise ConfigError(f'{path}: network.kind is "{network.kind}", expected "field" or "points2surf"')
     if config.loss.distance_form not in ("smooth-l1", "tanh"):
-        raise ConfigError(f'{path}: loss.distance_form is "{config.loss.distance_form}", expected "smooth-l1" or "tanh"')
+        raise ConfigError(
+            f'{path}: loss.distance_form is "{config.loss.distance_form}", expected "smooth-l1" or "tanh"'
+        )
     if network.kind == "field" and network.branch == "raster" and not inputs.gravity:
-        raise ConfigError(f'{path}: inputs.gravity = false has no raster; take network.branch = "tokens", "code" or "none"')
+        raise ConfigError(
+            f'{path}: inputs.gravity = false has no raster; take network.branch = "tokens", "code" or "none"'
+        )
     if network.kind == "points2surf" and network.width < 64:
         raise ConfigError(f"{path}: network.width is {network.width}, expected at least 64")
     if not 0.0 <= inputs.footprint_dropout <= 1.0:

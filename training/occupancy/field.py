@@ -1,7 +1,7 @@
 """The field network: one code of the building, looked up at the query, and a local branch on its nearest points.
 
-The building is encoded once; a query then costs about 31 000 multiplications. The decoder looks the code up at the query,
-adds the query's place and the pooled features of its nearest points, and answers with the sign and the distance.
+The building is encoded once; a query then costs about 31 000 multiplications. The decoder looks the code up at the
+query, adds the query's place and the pooled features of its nearest points, and answers with sign and distance.
 """
 
 import torch
@@ -20,7 +20,17 @@ class FieldNetwork(nn.Module):
     `local` switches the branch on the nearest points.
     """
 
-    def __init__(self, interface, branch="raster", widths=(16, 32, 48, 64), code=24, local=True, patch=(32, 32), head=(64, 64), anchors=128):
+    def __init__(
+        self,
+        interface,
+        branch="raster",
+        widths=(16, 32, 48, 64),
+        code=24,
+        local=True,
+        patch=(32, 32),
+        head=(64, 64),
+        anchors=128,
+    ):
         super().__init__()
         self.interface, self.branch, self.local = interface, branch, local
         if branch == "raster":
@@ -56,7 +66,9 @@ class FieldNetwork(nn.Module):
 
 def look_up(codes, xy):
     """Bilinear look-up of `codes` [n, D, G, G] at `xy` [n, Q, 2] of the frame: [n·Q, D]."""
-    found = functional.grid_sample(codes, (xy / EXTENT).unsqueeze(1), mode="bilinear", padding_mode="border", align_corners=False)
+    found = functional.grid_sample(
+        codes, (xy / EXTENT).unsqueeze(1), mode="bilinear", padding_mode="border", align_corners=False
+    )
     return found.squeeze(2).transpose(1, 2).flatten(0, 1)
 
 
@@ -69,7 +81,9 @@ class RasterCode(nn.Module):
         self.stem = convolution(channels, widths[0])
         self.down = nn.ModuleList()
         for i in range(1, len(widths)):
-            self.down.append(nn.Sequential(convolution(widths[i - 1], widths[i], stride=2), convolution(widths[i], widths[i])))
+            self.down.append(
+                nn.Sequential(convolution(widths[i - 1], widths[i], stride=2), convolution(widths[i], widths[i]))
+            )
         self.narrow, self.up = nn.ModuleList(), nn.ModuleList()
         for i in reversed(range(1, len(widths))):
             # Narrowing before the enlargement does the same work on a quarter of the pixels.

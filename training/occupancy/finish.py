@@ -49,7 +49,9 @@ def finish(trainer, split="validation", report=print):
     (out / "card.md").write_text(card)
     path = out / f"{config.name}.safetensors"
     if network_file.exportable(network):
-        network_file.write(path, network, name=config.name, temperature=temperature, batch=config.run.export_batch, card=card)
+        network_file.write(
+            path, network, name=config.name, temperature=temperature, batch=config.run.export_batch, card=card
+        )
         report(f"temperature {temperature:.3f}; network file {path} ({path.stat().st_size / 1e6:.2f} MB)")
     else:
         report(f"temperature {temperature:.3f}; no network file: {config.name} is a variant for comparison only")
@@ -59,24 +61,25 @@ def finish(trainer, split="validation", report=print):
 def model_card(trainer, figures, table):
     """The card that travels in the network file, as Markdown."""
     config = trainer.config
-    shards = trainer.batches.shards
-    hours = trainer.seconds / 3600.0
+    shards, hours = trainer.batches.shards, trainer.seconds / 3600.0
+    scans, held_out = len(shards), len(trainer.validation.shards)
+    steps, seed = f"{figures['steps']} steps of {config.batch.scans} scans", config.run.seed
     return f"""\
 # {config.name}
 
 {config.note or "Tells for a place in space how likely it is inside a building, and how far the surface is."}
 
-Input: airborne points of one building, its footprint if there is one. Interface "{trainer.network.interface.name}".
-Output: probability of being inside (calibrated on cells, temperature {figures["temperature"]:.3f}) and distance to the surface.
+Input: the points of one building, its footprint if there is one. Interface "{trainer.network.interface.name}".
+Output: probability of being inside and distance to the surface. Temperature {figures["temperature"]:.3f}, set on cells.
 
 ## Data
 
 {credit_lines(config)}
-- {len(shards)} training scans × {shards.layout.queries} queries, {len(trainer.validation.shards)} validation scans; split by tile
+- {scans} training scans of {shards.layout.queries} queries, {held_out} validation scans; split by tile
 {manifest_lines(trainer.data)}
 ## Training
 
-- {figures["parameters"]} parameters, {figures["steps"]} steps of {config.batch.scans} scans, {hours:.2f} h, seed {config.run.seed}
+- {figures["parameters"]} parameters, {steps}, {hours:.2f} h, seed {seed}
 - hardware: {hardware(trainer.device)}; torch {torch.__version__}
 
 ## Figures ({figures["split"]} split; "vote" is the height-field vote on the same cells)
@@ -84,7 +87,8 @@ Output: probability of being inside (calibrated on cells, temperature {figures["
 {table}
 ## Limits
 
-Trained on virtual scans of the buildings above: unseen kinds of buildings and sensors have to be measured. Not meant for bridges or vegetation.
+Trained on virtual scans of the buildings above: unseen kinds of buildings and sensors have to be measured.
+Not meant for bridges or vegetation.
 """
 
 
@@ -101,7 +105,11 @@ def manifest_lines(data):
     sources = json.loads(path.read_text()).get("sources", [])
     if isinstance(sources, dict):
         sources = [{"name": name, "count": count} for name, count in sources.items()]
-    lines = [f"- {', '.join(f'{key} {value}' for key, value in source.items() if not isinstance(value, (dict, list)))}" for source in sources if isinstance(source, dict)]
+    lines = [
+        f"- {', '.join(f'{key} {value}' for key, value in source.items() if not isinstance(value, (dict, list)))}"
+        for source in sources
+        if isinstance(source, dict)
+    ]
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -31,7 +31,9 @@ class Predictions:
 
     def cell_logits(self):
         """Sign logits of the cells' samples [n, M, T]."""
-        return self.logit[:, self.layout.near + self.layout.uniform :].reshape(len(self.logit), self.layout.cells, self.layout.samples)
+        return self.logit[:, self.layout.near + self.layout.uniform :].reshape(
+            len(self.logit), self.layout.cells, self.layout.samples
+        )
 
 
 @torch.no_grad()
@@ -45,13 +47,31 @@ def predict(network, batches, device, limit=0):
         indices = chosen[start : start + 16]
         random = np.random.default_rng([7, int(indices[0])])
         batch = batches.load(indices, Batch(), random, False)
-        truths.append({name: batch[name].numpy() for name in ("inside", "distance", "radius", "cell_inside", "cell_volume", "cell_vote", "scale", "setup", "noise", "density")})
+        truths.append(
+            {
+                name: batch[name].numpy()
+                for name in (
+                    "inside",
+                    "distance",
+                    "radius",
+                    "cell_inside",
+                    "cell_volume",
+                    "cell_vote",
+                    "scale",
+                    "setup",
+                    "noise",
+                    "density",
+                )
+            }
+        )
         moved = to_device(batch, device)
         answers = network(moved).reshape(*moved["inside"].shape, 2)
         logits.append(answers[..., 0].cpu().numpy())
         ratios.append(ratio(network, answers).cpu().numpy())
     truth = {name: np.concatenate([part[name] for part in truths]) for name in truths[0]}
-    return Predictions(np.concatenate(logits), np.concatenate(ratios), truth, batches.shards.layout, batches.shards.setups)
+    return Predictions(
+        np.concatenate(logits), np.concatenate(ratios), truth, batches.shards.layout, batches.shards.setups
+    )
 
 
 def sigmoid(x):
@@ -66,7 +86,7 @@ def cross_entropy(probability, truth):
 
 
 def temperature(predictions):
-    """The T that minimises the cross entropy of mean sigmoid(logit / T) of the cells against their true inside share."""
+    """The T that minimises the cross entropy of the cells' mean sigmoid(logit / T) against their inside share."""
     logits, truth = predictions.cell_logits().astype(np.float64), predictions.truth["cell_inside"]
 
     def cost(t):
@@ -156,7 +176,10 @@ def rules(predictions, t):
     scale = truth["scale"][:, None]
     at = layout.near + layout.uniform + layout.samples * np.arange(layout.cells)
     distance = predictions.ratio[:, at] * truth["radius"][:, at] / scale * np.where(logits[:, :, 0] > 0.0, 1.0, -1.0)
-    for factor, name in ((PAPER_FACTOR, "paper: sigmoid(10⁶ · distance · volume)"), (1.0, "paper: sigmoid(distance · volume)")):
+    for factor, name in (
+        (PAPER_FACTOR, "paper: sigmoid(10⁶ · distance · volume)"),
+        (1.0, "paper: sigmoid(distance · volume)"),
+    ):
         found[name] = sigmoid(factor * distance * truth["cell_volume"] / scale**3)
     figures_of = {}
     for name, probability in found.items():
@@ -167,10 +190,10 @@ def rules(predictions, t):
 
 def table(evaluation):
     """The figures as a Markdown table."""
-    lines = [
-        "| scans | n | sign near | sign uniform | cell accuracy | vote | cell IoU | vote | calibration error | vote | all outside | vote |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    header = ["scans", "n", "sign near", "sign uniform"]
+    for name in ("cell accuracy", "cell IoU", "calibration error", "all outside"):
+        header += [name, "vote"]
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
     for name, row in evaluation.items():
         cells = [name, str(row["scans"]), number(row["sign_near"]), number(row["sign_uniform"])]
         for key in ("cell_accuracy", "cell_iou", "calibration_error", "all_outside"):
@@ -181,7 +204,10 @@ def table(evaluation):
 
 def rules_table(figures_of):
     """The ways to ask one network as a Markdown table."""
-    lines = ["| rule | cell accuracy | cell IoU | calibration error | cross entropy | undecided (0.4–0.6) |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| rule | cell accuracy | cell IoU | calibration error | cross entropy | undecided (0.4–0.6) |",
+        "|---|---|---|---|---|---|",
+    ]
     for name, row in figures_of.items():
         keys = ("cell_accuracy", "cell_iou", "calibration_error", "cross_entropy", "undecided")
         lines.append(f"| {name} | " + " | ".join(number(row[key]) for key in keys) + " |")

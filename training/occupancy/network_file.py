@@ -1,4 +1,4 @@
-"""The network file: ONNX graphs and their description in one safetensors file, as `gable reconstruct --model` reads it."""
+"""The network file: ONNX graphs and their description in one safetensors file, for `gable reconstruct --model`."""
 
 import copy
 import importlib.util
@@ -59,7 +59,9 @@ def tempered(layer, temperature):
 
 def exportable(network):
     """Whether there is an interface for this network: the ablations without raster or local branch have none."""
-    return isinstance(network, Points2Surf) or (isinstance(network, FieldNetwork) and network.branch == "raster" and network.local)
+    return isinstance(network, Points2Surf) or (
+        isinstance(network, FieldNetwork) and network.branch == "raster" and network.local
+    )
 
 
 def graphs(network, temperature, batch):
@@ -69,9 +71,13 @@ def graphs(network, temperature, batch):
     patch = torch.zeros(batch, neighbours, features)
     if isinstance(network, Points2Surf):
         graph = Points2SurfGraph(network, temperature)
-        return [("decoder.onnx", graph, (patch, torch.zeros(batch, sizes.subsample, 3)), ["patch", "subsample"], "field")]
+        return [
+            ("decoder.onnx", graph, (patch, torch.zeros(batch, sizes.subsample, 3)), ["patch", "subsample"], "field")
+        ]
     if not exportable(network):
-        raise ValueError("only networks with a raster and a local branch have a file; the other variants are for comparison")
+        raise ValueError(
+            "only networks with a raster and a local branch have a file; the other variants are for comparison"
+        )
     raster = torch.zeros(1, len(sizes.raster_channels), sizes.grid, sizes.grid)
     with torch.no_grad():
         code = network.encoder(raster).shape[1]
@@ -104,7 +110,9 @@ def write(path, network, *, name, temperature=1.0, batch=256, card=""):
             metadata["raster_channels"] = ",".join(sizes.raster_channels)
             metadata["grid"] = sizes.grid
     if "encoder.onnx" in tensors:
-        metadata["code"] = network.decoder.head[0].in_features - len(sizes.place_channels) - 2 * network.decoder.point[-2].out_features
+        metadata["code"] = (
+            network.decoder.head[0].in_features - len(sizes.place_channels) - 2 * network.decoder.point[-2].out_features
+        )
     else:
         metadata["subsample"] = sizes.subsample
     safetensors.write(path, tensors, metadata)
@@ -113,7 +121,9 @@ def write(path, network, *, name, temperature=1.0, batch=256, card=""):
 def require_exporter():
     """Fail before the training rather than after it: torch from 2 on exports with the help of the package onnx."""
     if int(torch.__version__.split(".")[0]) >= 2 and importlib.util.find_spec("onnx") is None:
-        raise ModuleNotFoundError(f"torch {torch.__version__} needs the package onnx to write the network file: pip install onnx")
+        raise ModuleNotFoundError(
+            f"torch {torch.__version__} needs the package onnx to write the network file: pip install onnx"
+        )
 
 
 def onnx_bytes(module, inputs, names, output):

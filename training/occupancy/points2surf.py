@@ -1,8 +1,8 @@
 """Points2Surf ("vanilla", Erler et al. 2020) as the Points2Poly paper uses it, section 3.3: two PointNets per query.
 
-Both sets are translated so that the query is the origin; one quaternion network (QSTN) turns both. Everything runs once per
-query, which is why the field network exists. Point features are rows of one matrix ([B·P, C]), so that a 1×1 convolution is a
-matrix product and BatchNorm folds into it at export.
+Both sets are translated so that the query is the origin; one quaternion network (QSTN) turns both. Everything runs once
+per query, which is why the field network exists. Point features are rows of one matrix ([B·P, C]), so that a 1×1
+convolution is a matrix product and BatchNorm folds into it at export.
 """
 
 import torch
@@ -112,7 +112,13 @@ class QuaternionNet(nn.Module):
             self.quaternion.bias.copy_(torch.tensor([1.0, 0.0, 0.0, 0.0]))
         # Products q_i·q_j picked by constant matrices: an export without Gather or Slice.
         left, right, terms = quaternion_terms()
-        for name, matrix in (("left", left), ("right", right), ("terms", terms), ("ones", torch.ones(4, 1)), ("identity", torch.eye(3).reshape(1, 9))):
+        for name, matrix in (
+            ("left", left),
+            ("right", right),
+            ("terms", terms),
+            ("ones", torch.ones(4, 1)),
+            ("identity", torch.eye(3).reshape(1, 9)),
+        ):
             self.register_buffer(name, matrix)
 
     def forward(self, points):
@@ -127,9 +133,15 @@ def quaternion_terms():
     pairs = [(x, x), (y, y), (z, z), (x, y), (x, z), (y, z), (w, x), (w, y), (w, z)]
     # Rows of R − I, times |q|²: each entry is 2 × (sign × product) summed over the listed pairs.
     entries = [
-        [(-1, y, y), (-1, z, z)], [(1, x, y), (-1, w, z)], [(1, x, z), (1, w, y)],
-        [(1, x, y), (1, w, z)], [(-1, x, x), (-1, z, z)], [(1, y, z), (-1, w, x)],
-        [(1, x, z), (-1, w, y)], [(1, y, z), (1, w, x)], [(-1, x, x), (-1, y, y)],
+        [(-1, y, y), (-1, z, z)],
+        [(1, x, y), (-1, w, z)],
+        [(1, x, z), (1, w, y)],
+        [(1, x, y), (1, w, z)],
+        [(-1, x, x), (-1, z, z)],
+        [(1, y, z), (-1, w, x)],
+        [(1, x, z), (-1, w, y)],
+        [(1, y, z), (1, w, x)],
+        [(-1, x, x), (-1, y, y)],
     ]
     left, right, terms = torch.zeros(4, 9), torch.zeros(4, 9), torch.zeros(9, 9)
     for i, (a, b) in enumerate(pairs):

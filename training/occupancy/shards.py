@@ -40,13 +40,32 @@ class Shards:
         for path in paths:
             tensors, metadata = safetensors.read(path)
             described = described or (path, metadata)
-            for key in ("interface", "raster_channels", "place_channels", "patch_channels", "near", "uniform", "cells", "samples_per_cell", "setups"):
+            for key in (
+                "interface",
+                "raster_channels",
+                "place_channels",
+                "patch_channels",
+                "near",
+                "uniform",
+                "cells",
+                "samples_per_cell",
+                "setups",
+            ):
                 if metadata.get(key) != described[1].get(key):
-                    raise FormatError(f"{path}: {key} is {metadata.get(key)!r}, but {described[1].get(key)!r} in {described[0]}; one folder holds one kind of shards")
+                    raise FormatError(
+                        f"{path}: {key} is {metadata.get(key)!r}, but {described[1].get(key)!r} in {described[0]}; "
+                        "one folder holds one kind of shards"
+                    )
             for name, tensor in tensors.items():
                 wanted = self.files[0][1].get(name) if self.files else tensor
-                if wanted is None or wanted.shape[1:] != tensor.shape[1:] or len(tensor) != len(next(iter(tensors.values()))):
-                    raise FormatError(f"{path}: {name} {tensor.shape} does not fit the other tensors, or those of {described[0]}")
+                if (
+                    wanted is None
+                    or wanted.shape[1:] != tensor.shape[1:]
+                    or len(tensor) != len(next(iter(tensors.values())))
+                ):
+                    raise FormatError(
+                        f"{path}: {name} {tensor.shape} does not fit the other tensors, or those of {described[0]}"
+                    )
             self.files.append((path, tensors))
         path, metadata = described
         self.setups = names(metadata.get("setups", ""))
@@ -72,11 +91,17 @@ class Shards:
         for name in QUERY_TENSORS + CELL_TENSORS + SCAN_TENSORS + ("subsample",):
             if name not in tensors:
                 raise FormatError(f"{path}: tensor {name} is missing")
-        for name, axis, key in (("place", 2, "place_channels"), ("patch", 3, "patch_channels"), ("raster", 1, "raster_channels")):
+        for name, axis, key in (
+            ("place", 2, "place_channels"),
+            ("patch", 3, "patch_channels"),
+            ("raster", 1, "raster_channels"),
+        ):
             if name in tensors and tensors[name].shape[axis] != len(names(metadata.get(key, ""))):
                 raise FormatError(f"{path}: {name} {tensors[name].shape} does not fit {key} = {metadata.get(key)!r}")
         if tensors["place"].shape[1] != self.layout.queries:
-            raise FormatError(f"{path}: {tensors['place'].shape[1]} queries per scan, the metadata tells {self.layout.queries}")
+            raise FormatError(
+                f"{path}: {tensors['place'].shape[1]} queries per scan, the metadata tells {self.layout.queries}"
+            )
 
     def __len__(self):
         return int(self.starts[-1])
@@ -90,12 +115,17 @@ class Shards:
 
 def draw(layout, batch, random):
     """Indices of the queries and of the cells that one step takes of a scan, and the layout that they make."""
+
     def some(have, want):
         if want < 0 or want >= have:
             return np.arange(have)
         return np.sort(random.choice(have, want, replace=False))
 
-    near, uniform, cells = some(layout.near, batch.near), some(layout.uniform, batch.uniform), some(layout.cells, batch.cells)
+    near, uniform, cells = (
+        some(layout.near, batch.near),
+        some(layout.uniform, batch.uniform),
+        some(layout.cells, batch.cells),
+    )
     samples = (cells[:, None] * layout.samples + np.arange(layout.samples)).ravel()
     queries = np.concatenate([near, layout.near + uniform, layout.near + layout.uniform + samples])
     return queries, cells, Layout(len(near), len(uniform), len(cells), layout.samples)

@@ -72,9 +72,15 @@ class Trainer:
         """The learning rate of the coming step: warm-up, then cosine."""
         settings = self.config.optimiser
         # A short run warms up over its first tenth.
-        warm = min(settings.warm_up, max(self.config.run.steps // 10, 1)) if self.config.run.steps > 0 else settings.warm_up
+        warm = (
+            min(settings.warm_up, max(self.config.run.steps // 10, 1))
+            if self.config.run.steps > 0
+            else settings.warm_up
+        )
         cosine = 0.5 * (1.0 + math.cos(math.pi * min(self.progress(), 1.0)))
-        return min(1.0, (self.step + 1) / max(warm, 1)) * (settings.final_rate + (settings.rate - settings.final_rate) * cosine)
+        return min(1.0, (self.step + 1) / max(warm, 1)) * (
+            settings.final_rate + (settings.rate - settings.final_rate) * cosine
+        )
 
     def update(self, batch):
         """One step; the parts of the loss, detached."""
@@ -132,7 +138,9 @@ class Trainer:
     def log(self, values, report):
         """One row of the curve."""
         if not math.isfinite(values[0]):
-            raise FloatingPointError(f"the loss is {values[0]} at step {self.step}; look at the shards, or lower optimiser.rate")
+            raise FloatingPointError(
+                f"the loss is {values[0]} at step {self.step}; look at the shards, or lower optimiser.rate"
+            )
         row = [self.step, round(self.seconds / 60.0, 3), f"{self.rate():.3e}"] + [f"{value:.5f}" for value in values]
         new = not (self.out / "curve.csv").exists()
         with (self.out / "curve.csv").open("a", newline="") as file:
@@ -144,12 +152,17 @@ class Trainer:
 
     def validate(self, report):
         """Figures of the averaged weights in between: one line of validation.jsonl."""
-        predictions = metrics.predict(self.averaged(), self.validation, self.device, self.config.run.validation_scans or 256)
+        predictions = metrics.predict(
+            self.averaged(), self.validation, self.device, self.config.run.validation_scans or 256
+        )
         found = metrics.figures(predictions, 1.0, np.ones(len(predictions.logit), bool))
         with (self.out / "validation.jsonl").open("a") as file:
             file.write(json.dumps({"step": self.step, "minutes": round(self.seconds / 60.0, 3), **found}) + "\n")
         cells, vote = found["network"], found["vote"]
-        report(f"validation at step {self.step}: cell accuracy {cells['cell_accuracy']:.4f} (vote {vote['cell_accuracy']:.4f}), cell IoU {cells['cell_iou']:.4f} (vote {vote['cell_iou']:.4f})")
+        report(
+            f"validation at step {self.step}: cell accuracy {cells['cell_accuracy']:.4f} "
+            f"(vote {vote['cell_accuracy']:.4f}), cell IoU {cells['cell_iou']:.4f} (vote {vote['cell_iou']:.4f})"
+        )
 
     def averaged(self):
         """A copy of the network with the averaged weights, in evaluation mode."""
@@ -181,9 +194,12 @@ class Trainer:
         # A run may be lengthened and reported otherwise, but what is trained must be the same.
         for key in ("name", "network", "inputs", "batch", "loss", "optimiser"):
             if state["config"][key] != wanted[key]:
-                raise ResumeError(f"{self.checkpoint}: {key} was {state['config'][key]}, the configuration now has {wanted[key]}; take another --out")
-        if state["config"]["run"]["seed"] != self.config.run.seed:
-            raise ResumeError(f"{self.checkpoint}: the seed was {state['config']['run']['seed']}, now {self.config.run.seed}; take another --out")
+                raise ResumeError(
+                    f"{self.checkpoint}: {key} was {state['config'][key]}, now {wanted[key]}; take another --out"
+                )
+        seed = state["config"]["run"]["seed"]
+        if seed != self.config.run.seed:
+            raise ResumeError(f"{self.checkpoint}: the seed was {seed}, now {self.config.run.seed}; take another --out")
         self.network.load_state_dict(state["network"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.average = [value.to(self.device) for value in state["average"]]

@@ -33,8 +33,15 @@ class Gable:
 
     def triangles(self):
         """The surface as triangles [F, 3, 3]."""
+
         def corners(y):
-            return [(-self.w, y, 0), (self.w, y, 0), (self.w, y, self.eaves), (0, y, self.ridge), (-self.w, y, self.eaves)]
+            return [
+                (-self.w, y, 0),
+                (self.w, y, 0),
+                (self.w, y, self.eaves),
+                (0, y, self.ridge),
+                (-self.w, y, self.eaves),
+            ]
 
         front, back = corners(-self.l), corners(self.l)
         faces = [front, back] + [[front[i], front[(i + 1) % 5], back[(i + 1) % 5], back[i]] for i in range(5)]
@@ -56,7 +63,11 @@ class Gable:
         u, v = random.random((2, count, 1))
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         t = triangles[which]
-        return t[:, 0] + u * (t[:, 1] - t[:, 0]) + v * (t[:, 2] - t[:, 0]), upward[which], normal[which] / area[which, None]
+        return (
+            t[:, 0] + u * (t[:, 1] - t[:, 0]) + v * (t[:, 2] - t[:, 0]),
+            upward[which],
+            normal[which] / area[which, None],
+        )
 
 
 def triangle_distance(p, t):
@@ -90,7 +101,10 @@ def scan(layout, grid, neighbours, subsample, random, interface):
     points, upward, normals = gable.scan(random.integers(150, 400), random)
     scale = gable.scale
     places = [points[random.integers(len(points), size=near)] + random.normal(0, 0.04 * scale, (near, 3))]
-    places.append(random.uniform(-0.6, 0.6, (uniform, 3)) * [2 * gable.w, 2 * gable.l, 0] + np.array([0, 0, 1.2 * gable.ridge]) * random.random((uniform, 3)))
+    places.append(
+        random.uniform(-0.6, 0.6, (uniform, 3)) * [2 * gable.w, 2 * gable.l, 0]
+        + np.array([0, 0, 1.2 * gable.ridge]) * random.random((uniform, 3))
+    )
     sampled, cell_inside, cell_volume = cells(gable, cell_count, samples, random)
     place = np.concatenate(places + [sampled])
 
@@ -101,7 +115,16 @@ def scan(layout, grid, neighbours, subsample, random, interface):
     radius = distance[row, nearest].max(axis=1)
     offset = delta[row, nearest] / radius[:, None, None]
     plane = -(offset * normals[nearest]).sum(axis=2)
-    patch = np.concatenate([offset, np.linalg.norm(offset, axis=2)[..., None], np.abs(plane)[..., None], upward[nearest][..., None], np.ones_like(plane)[..., None]], axis=2)
+    patch = np.concatenate(
+        [
+            offset,
+            np.linalg.norm(offset, axis=2)[..., None],
+            np.abs(plane)[..., None],
+            upward[nearest][..., None],
+            np.ones_like(plane)[..., None],
+        ],
+        axis=2,
+    )
 
     within = np.minimum(gable.w - np.abs(place[:, 0]), gable.l - np.abs(place[:, 1]))
     ones = np.ones(len(place))
@@ -109,7 +132,9 @@ def scan(layout, grid, neighbours, subsample, random, interface):
 
     centre = -EXTENT + 2 * EXTENT * (np.arange(grid) + 0.5) / grid
     raster = np.zeros((len(RASTER), grid, grid), np.float32)
-    column, line = (np.clip((points[:, i] / scale + EXTENT) / (2 * EXTENT) * grid, 0, grid - 1).astype(int) for i in (0, 1))
+    column, line = (
+        np.clip((points[:, i] / scale + EXTENT) / (2 * EXTENT) * grid, 0, grid - 1).astype(int) for i in (0, 1)
+    )
     raster[0, line, column] = 1
     np.maximum.at(raster[1], (line, column), points[:, 2] / scale)
     count = np.zeros((grid, grid))
@@ -143,7 +168,19 @@ def scan(layout, grid, neighbours, subsample, random, interface):
     return tensors
 
 
-def write(folder, *, scans=16, validation=8, shards=2, layout=(16, 12, 4, 8), grid=16, neighbours=8, subsample=200, seed=1, interface="field"):
+def write(
+    folder,
+    *,
+    scans=16,
+    validation=8,
+    shards=2,
+    layout=(16, 12, 4, 8),
+    grid=16,
+    neighbours=8,
+    subsample=200,
+    seed=1,
+    interface="field",
+):
     """A folder of shards as `gable simulate` writes it."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -153,9 +190,17 @@ def write(folder, *, scans=16, validation=8, shards=2, layout=(16, 12, 4, 8), gr
         for index in range(shards):
             made = [scan(layout, grid, neighbours, subsample, random, interface) for _ in range(total // shards)]
             metadata = {
-                "interface": interface, "version": "1", "split": split, "seed": seed, "setups": ",".join(SETUPS),
-                "place_channels": ",".join(PLACE if field else PLACE[:3]), "patch_channels": ",".join(PATCH if field else PATCH[:3]),
-                "near": layout[0], "uniform": layout[1], "cells": layout[2], "samples_per_cell": layout[3],
+                "interface": interface,
+                "version": "1",
+                "split": split,
+                "seed": seed,
+                "setups": ",".join(SETUPS),
+                "place_channels": ",".join(PLACE if field else PLACE[:3]),
+                "patch_channels": ",".join(PATCH if field else PATCH[:3]),
+                "near": layout[0],
+                "uniform": layout[1],
+                "cells": layout[2],
+                "samples_per_cell": layout[3],
             }
             if field:
                 metadata["raster_channels"] = ",".join(RASTER)

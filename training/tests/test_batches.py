@@ -7,7 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import torch
 
-from occupancy.batches import SQUARE, Batches, symmetric, without_footprint, without_gravity
+from occupancy.batches import (
+    SQUARE,
+    Batches,
+    symmetric,
+    without_footprint,
+    without_gravity,
+)
 from occupancy.config import Config, Inputs
 from occupancy.field import look_up
 from occupancy.interface import EXTENT
@@ -28,7 +34,12 @@ class SymmetryTest(unittest.TestCase):
         before = self.values(raster, place, patch)
         images = []
         for symmetry in SQUARE:
-            scan = {"raster": raster.copy(), "place": place.copy(), "patch": patch.copy(), "subsample": place[:, :3].copy()}
+            scan = {
+                "raster": raster.copy(),
+                "place": place.copy(),
+                "patch": patch.copy(),
+                "subsample": place[:, :3].copy(),
+            }
             symmetric(scan, symmetry)
             for old, new in zip(before, self.values(scan["raster"], scan["place"], scan["patch"])):
                 torch.testing.assert_close(new, old, atol=1e-5, rtol=0)
@@ -52,7 +63,9 @@ class SymmetryTest(unittest.TestCase):
         pixel = 2 * EXTENT / grid
         first = -EXTENT + pixel / 2
         # Row 2, column 1; halfway to column 2; beyond the corner: the corner pixel.
-        xy = torch.tensor([[[first + pixel, first + 2 * pixel], [first + 1.5 * pixel, first + 2 * pixel], [-2.0, -2.0]]])
+        xy = torch.tensor(
+            [[[first + pixel, first + 2 * pixel], [first + 1.5 * pixel, first + 2 * pixel], [-2.0, -2.0]]]
+        )
         torch.testing.assert_close(look_up(codes, xy), torch.tensor([[9.0], [9.5], [0.0]]), atol=1e-4, rtol=0)
 
 
@@ -66,7 +79,9 @@ class BatchesTest(unittest.TestCase):
     def test_without_footprint_only_its_channels_are_zero(self):
         scan = {name: np.array(value, dtype=np.float32) + 1.0 for name, value in self.shards.scan(0).items()}
         without_footprint(scan, self.shards.interface)
-        self.assertEqual([float(abs(channel).max()) == 0.0 for channel in scan["raster"]], [False, False, False, True, True])
+        self.assertEqual(
+            [float(abs(channel).max()) == 0.0 for channel in scan["raster"]], [False, False, False, True, True]
+        )
         self.assertEqual([float(abs(channel).max()) == 0.0 for channel in scan["place"].T], [False] * 6 + [True, True])
 
     def test_without_gravity_lengths_stay(self):
@@ -76,8 +91,15 @@ class BatchesTest(unittest.TestCase):
         self.assertEqual(scan["place"].shape[1], 3)
         for name in ("patch", "subsample"):
             self.assertGreater(np.abs(scan[name][..., 2] - before[name][..., 2]).max(), 0.05)
-        np.testing.assert_allclose(np.linalg.norm(scan["patch"][..., :3], axis=-1), np.linalg.norm(before["patch"][..., :3], axis=-1), atol=1e-5)
-        between = lambda s: np.linalg.norm(s["place"][:, None, :3] - s["subsample"][None], axis=-1)
+        np.testing.assert_allclose(
+            np.linalg.norm(scan["patch"][..., :3], axis=-1),
+            np.linalg.norm(before["patch"][..., :3], axis=-1),
+            atol=1e-5,
+        )
+
+        def between(s):
+            return np.linalg.norm(s["place"][:, None, :3] - s["subsample"][None], axis=-1)
+
         np.testing.assert_allclose(between(scan), between(before), atol=1e-5)
         self.assertEqual(float(np.abs(scan["patch"][..., 5]).max()), 0.0)
 

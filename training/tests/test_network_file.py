@@ -23,7 +23,9 @@ FORBIDDEN = (b"GridSample", b"Gather", b"TopK", b"Loop", b"Scatter", b"Slice", b
 def disturbed(network):
     """Weights and statistics as training could leave them."""
     with torch.no_grad():
-        for tensor in list(network.parameters()) + [b for m in network.modules() if isinstance(m, Layer) for b in (m.norm.running_mean,)]:
+        for tensor in list(network.parameters()) + [
+            b for m in network.modules() if isinstance(m, Layer) for b in (m.norm.running_mean,)
+        ]:
             tensor.add_(0.1 * torch.randn_like(tensor))
         for module in network.modules():
             if isinstance(module, Layer):
@@ -47,13 +49,22 @@ class NetworkFileTest(unittest.TestCase):
         if onnxruntime is None:
             self.skipTest("onnxruntime is not installed: pip install onnxruntime")
         tensors, _ = safetensors.read(self.path)
-        return {name: onnxruntime.InferenceSession(data.tobytes(), providers=["CPUExecutionProvider"]) for name, data in tensors.items()}
+        return {
+            name: onnxruntime.InferenceSession(data.tobytes(), providers=["CPUExecutionProvider"])
+            for name, data in tensors.items()
+        }
 
     def field(self):
         """A field network and one batch for it."""
-        interface = Interface("field", ("a", "b", "footprint_flag"), 16, ("x", "y", "z", "height"), tuple("abcdefg"), 6, 50)
+        interface = Interface(
+            "field", ("a", "b", "footprint_flag"), 16, ("x", "y", "z", "height"), tuple("abcdefg"), 6, 50
+        )
         network = disturbed(FieldNetwork(interface, widths=(8, 12, 16), code=10, patch=(12, 14), head=(16, 16)))
-        batch = {"raster": torch.rand(1, 3, 16, 16), "place": torch.rand(1, 9, 4) - 0.5, "patch": torch.rand(1, 9, 6, 7)}
+        batch = {
+            "raster": torch.rand(1, 3, 16, 16),
+            "place": torch.rand(1, 9, 4) - 0.5,
+            "patch": torch.rand(1, 9, 6, 7),
+        }
         network.standardise(batch)
         return network, batch
 
@@ -91,7 +102,10 @@ class NetworkFileTest(unittest.TestCase):
         for data in tensors.values():
             for operator in FORBIDDEN:
                 self.assertNotIn(operator, data.tobytes())
-        self.assertEqual((metadata["code"], metadata["batch"], metadata["neighbours"], metadata["temperature"]), ("10", "256", "6", "1"))
+        self.assertEqual(
+            (metadata["code"], metadata["batch"], metadata["neighbours"], metadata["temperature"]),
+            ("10", "256", "6", "1"),
+        )
 
     def test_equal_networks_give_equal_bytes(self):
         network, _ = self.field()
@@ -110,7 +124,9 @@ class NetworkFileTest(unittest.TestCase):
         # 90° about z: x goes to y.
         q = torch.tensor([[0.5**0.5, 0.0, 0.0, 0.5**0.5]]) * 3.0
         turn = ((q @ left) * (q @ right)) @ terms / (q * q).sum() + torch.eye(3).reshape(1, 9)
-        torch.testing.assert_close(turn.reshape(3, 3) @ torch.tensor([1.0, 0.0, 0.0]), torch.tensor([0.0, 1.0, 0.0]), atol=1e-6, rtol=0)
+        torch.testing.assert_close(
+            turn.reshape(3, 3) @ torch.tensor([1.0, 0.0, 0.0]), torch.tensor([0.0, 1.0, 0.0]), atol=1e-6, rtol=0
+        )
 
 
 if __name__ == "__main__":

@@ -39,7 +39,9 @@ class ShardsTest(unittest.TestCase):
         safetensors.write(path, {"x": np.array([1, 2], np.uint8)}, {})
         data = path.read_bytes()
         length = int.from_bytes(data[:8], "little")
-        self.assertEqual(data[8 : 8 + length].strip(), b'{"__metadata__":{},"x":{"dtype":"U8","shape":[2],"data_offsets":[0,2]}}')
+        self.assertEqual(
+            data[8 : 8 + length].strip(), b'{"__metadata__":{},"x":{"dtype":"U8","shape":[2],"data_offsets":[0,2]}}'
+        )
         self.assertEqual(data[8 + length :], b"\x01\x02")
 
     def test_a_scan_is_found_in_its_shard(self):

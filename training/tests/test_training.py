@@ -15,7 +15,17 @@ import torch
 import train
 from occupancy import metrics, network_file, safetensors
 from occupancy.batches import Batches
-from occupancy.config import Batch, Config, ConfigError, Inputs, Loss, Network, Optimiser, Run, load
+from occupancy.config import (
+    Batch,
+    Config,
+    ConfigError,
+    Inputs,
+    Loss,
+    Network,
+    Optimiser,
+    Run,
+    load,
+)
 from occupancy.shards import Layout, Shards
 from occupancy.trainer import ResumeError, Trainer
 from tests import synthetic
@@ -65,7 +75,10 @@ class TrainingTest(unittest.TestCase):
         self.assertGreater(found["sign_near"], 0.9)
         self.assertGreater(found["network"]["cell_accuracy"], 0.85)
         # Far better than the mean distance, which is what a constant answer could reach.
-        self.assertLess(found["distance_error_m"], 0.5 * np.abs(predictions.truth["distance"] - predictions.truth["distance"].mean()).mean())
+        self.assertLess(
+            found["distance_error_m"],
+            0.5 * np.abs(predictions.truth["distance"] - predictions.truth["distance"].mean()).mean(),
+        )
 
     def test_a_resumed_run_ends_with_the_same_weights(self):
         straight = Trainer(SMALL, self.data, self.out / "straight")
@@ -91,12 +104,21 @@ class TrainingTest(unittest.TestCase):
             Trainer(other, self.data, self.out, resume=True)
 
     def test_every_variant_takes_a_step(self):
-        variants = [(self.data, Network(branch=branch, code=8), gravity) for branch in ("tokens", "code", "none") for gravity in (True, False)]
-        variants += [(self.data, dataclasses.replace(SMALL.network, local=False), True), (self.points, Network(kind="points2surf", width=64), False)]
+        variants = [
+            (self.data, Network(branch=branch, code=8), gravity)
+            for branch in ("tokens", "code", "none")
+            for gravity in (True, False)
+        ]
+        variants += [
+            (self.data, dataclasses.replace(SMALL.network, local=False), True),
+            (self.points, Network(kind="points2surf", width=64), False),
+        ]
         for index, (data, network, gravity) in enumerate(variants):
             with self.subTest(network=network, gravity=gravity):
                 inputs = Inputs(gravity=gravity, footprint=False)
-                config = dataclasses.replace(SMALL, network=network, inputs=inputs, loss=Loss(cell_queries=False, distance_form="tanh"))
+                config = dataclasses.replace(
+                    SMALL, network=network, inputs=inputs, loss=Loss(cell_queries=False, distance_form="tanh")
+                )
                 trainer = Trainer(config, data, self.out / str(index))
                 before = [p.detach().clone() for p in trainer.network.parameters()]
                 self.assertTrue(torch.isfinite(trainer.update(trainer.batches.training(0, 1))).all())
@@ -112,14 +134,30 @@ class TrainingTest(unittest.TestCase):
         except ModuleNotFoundError as error:
             self.skipTest(str(error))
         config = self.out / "small.toml"
-        config.write_text('name = "small"\ncredit = ["Villages by A, CC BY 4.0"]\n[network]\nwidths = [8, 16]\n[batch]\nscans = 4\n[run]\nlog_steps = 2\n')
-        command = ["--config", str(config), "--data", str(self.data), "--out", str(self.out / "run"), "--steps", "4", "--seed", "9"]
+        config.write_text(
+            'name = "small"\ncredit = ["Villages by A, CC BY 4.0"]\n'
+            "[network]\nwidths = [8, 16]\n[batch]\nscans = 4\n[run]\nlog_steps = 2\n"
+        )
+        command = [
+            "--config",
+            str(config),
+            "--data",
+            str(self.data),
+            "--out",
+            str(self.out / "run"),
+            "--steps",
+            "4",
+            "--seed",
+            "9",
+        ]
         with contextlib.redirect_stdout(io.StringIO()):
             self.assertEqual(train.main(command), 0)
         tensors, metadata = safetensors.read(self.out / "run" / "small.safetensors")
         self.assertEqual(sorted(tensors), ["decoder.onnx", "encoder.onnx"])
         self.assertEqual(metadata["raster_channels"], ",".join(synthetic.RASTER))
-        self.assertEqual((metadata["interface"], metadata["version"], metadata["grid"], metadata["code"]), ("field", "1", "16", "24"))
+        self.assertEqual(
+            (metadata["interface"], metadata["version"], metadata["grid"], metadata["code"]), ("field", "1", "16", "24")
+        )
         for text in ("- Villages by A, CC BY 4.0", "seed 9", "4 steps", "boxes and gables"):
             self.assertIn(text, metadata["card"])
         figures = json.loads((self.out / "run" / "metrics.json").read_text())
@@ -154,19 +192,36 @@ class MetricsTest(unittest.TestCase):
         logit = np.array([[3.0, -3.0, 4.0, 2.0, -1.0, -3.0], [3.0, -3.0, -2.0, -4.0, -1.0, -1.0]])
         truth = {
             "inside": np.array([[1, 0, 1, 1, 0, 0], [0, 0, 1, 1, 0, 0]]),
-            "distance": np.ones((2, 6)), "radius": 2 * np.ones((2, 6)),
+            "distance": np.ones((2, 6)),
+            "radius": 2 * np.ones((2, 6)),
             "cell_inside": np.array([[1.0, 0.0], [1.0, 0.0]]),
             "cell_volume": np.array([[1.0, 3.0], [2.0, 2.0]]),
             "cell_vote": np.array([[1.0, 1.0], [1.0, 0.0]]),
-            "scale": np.array([10.0, 10.0]), "setup": np.array([0, 2]), "noise": np.array([0.0, 0.004]), "density": np.array([7.0, 30.0]),
+            "scale": np.array([10.0, 10.0]),
+            "setup": np.array([0, 2]),
+            "noise": np.array([0.0, 0.004]),
+            "density": np.array([7.0, 30.0]),
         }
         return metrics.Predictions(logit, np.full((2, 6), 0.5), truth, Layout(1, 1, 2, 2), synthetic.SETUPS)
 
     def test_figures_by_hand(self):
         found = metrics.evaluate(self.predictions(), 1.0)
-        self.assertEqual(set(found), {"all", "full-view", "airborne", "5–10 points/m²", "20–50 points/m²", "0–0.0005 R noise", "0.0025–0.005 R noise"})
+        self.assertEqual(
+            set(found),
+            {
+                "all",
+                "full-view",
+                "airborne",
+                "5–10 points/m²",
+                "20–50 points/m²",
+                "0–0.0005 R noise",
+                "0.0025–0.005 R noise",
+            },
+        )
         everything = found["all"]
-        self.assertEqual((everything["sign_near"], everything["sign_uniform"], everything["distance_error_m"]), (0.5, 1.0, 0.0))
+        self.assertEqual(
+            (everything["sign_near"], everything["sign_uniform"], everything["distance_error_m"]), (0.5, 1.0, 0.0)
+        )
         network, vote = everything["network"], everything["vote"]
         self.assertEqual(network["cell_accuracy"], 0.75)
         self.assertAlmostEqual(network["cell_iou"], 0.25 / 0.75)
@@ -180,7 +235,9 @@ class MetricsTest(unittest.TestCase):
         random = np.random.default_rng(0)
         honest = random.normal(0, 2, (4000, 1, 1))
         inside = (random.random((4000, 1)) < metrics.sigmoid(honest[:, :, 0])).astype(float)
-        predictions = metrics.Predictions((3 * honest).reshape(4000, 1), None, {"cell_inside": inside}, Layout(0, 0, 1, 1), ())
+        predictions = metrics.Predictions(
+            (3 * honest).reshape(4000, 1), None, {"cell_inside": inside}, Layout(0, 0, 1, 1), ()
+        )
         self.assertAlmostEqual(metrics.temperature(predictions), 3.0, delta=0.2)
 
     def test_the_papers_rule(self):
