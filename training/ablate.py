@@ -26,7 +26,7 @@ def arguments(argv):
         nargs="*",
         help="configurations; the first is the one compared with (default: field.toml and ablations/*.toml)",
     )
-    parser.add_argument("--data", type=Path, required=True, help="folder of shards")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of shards")
     parser.add_argument("--out", type=Path, required=True, help="folder for the runs, one folder each")
     parser.add_argument(
         "--table",

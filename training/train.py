@@ -19,7 +19,7 @@ def arguments(argv):
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", type=Path, required=True, help="configuration (TOML)")
-    parser.add_argument("--data", type=Path, required=True, help="folder of shards, from gable simulate")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of shards, from gable simulate")
     parser.add_argument("--out", type=Path, required=True, help="folder of the run")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", type=float, help="minutes of training")

@@ -9,7 +9,7 @@ import torch
 
 from . import metrics, network_file
 from .batches import Batches
-from .shards import Shards
+from .shards import Shards, folders_of
 
 
 def finish(trainer, split="validation", report=print):
@@ -98,18 +98,20 @@ def credit_lines(config):
 
 
 def manifest_lines(data):
-    """What the manifest of the shards tells of their sources, one line per source."""
-    path = Path(data) / "manifest.json"
-    if not path.exists():
-        return ""
-    sources = json.loads(path.read_text()).get("sources", [])
-    if isinstance(sources, dict):
-        sources = [{"name": name, "count": count} for name, count in sources.items()]
-    lines = [
-        f"- {', '.join(f'{key} {value}' for key, value in source.items() if not isinstance(value, (dict, list)))}"
-        for source in sources
-        if isinstance(source, dict)
-    ]
+    """What the manifests of the shards tell: how each folder was scanned, and its sources, one line each."""
+    lines = []
+    for folder in folders_of(data):
+        path = folder / "manifest.json"
+        if not path.exists():
+            continue
+        manifest = json.loads(path.read_text())
+        scans, asked = manifest.get("scans", {}), manifest.get("options", {})
+        told = [f"{key} {asked[key]}" for key in ("setup", "density", "noise", "footprint") if key in asked]
+        told += [f"{key} {manifest[key]}" for key in ("variants", "seed") if key in manifest]
+        counts = ", ".join(f"{count} {split}" for split, count in scans.items())
+        lines.append(f"- folder `{folder.name}`: {counts} scans; {', '.join(told)}")
+        for source in manifest.get("sources", []):
+            lines.append(f"  - {source.get('name')}: {source.get('models', '?')} models")
     return "".join(f"{line}\n" for line in lines)
 
 

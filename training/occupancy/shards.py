@@ -29,14 +29,21 @@ class Layout:
         return self.near + self.uniform + self.cells * self.samples
 
 
-class Shards:
-    """All shards of one split, mapped into memory; row i is scan i."""
+def folders_of(data):
+    """The folders of shards: one path, or several."""
+    return [Path(data)] if isinstance(data, (str, Path)) else [Path(folder) for folder in data]
 
-    def __init__(self, folder, split):
-        self.files, described = [], None
-        paths = sorted(Path(folder).glob(f"{split}-*.safetensors"))
-        if not paths:
-            raise FormatError(f"{folder}: no {split}-*.safetensors; write the shards with `gable simulate`")
+
+class Shards:
+    """All shards of one split in one folder or several, mapped into memory; row i is scan i."""
+
+    def __init__(self, folders, split):
+        self.files, described, paths = [], None, []
+        for folder in folders_of(folders):
+            found = sorted(folder.glob(f"{split}-*.safetensors"))
+            if not found:
+                raise FormatError(f"{folder}: no {split}-*.safetensors; write the shards with `gable simulate`")
+            paths += found
         for path in paths:
             tensors, metadata = safetensors.read(path)
             described = described or (path, metadata)
@@ -54,7 +61,7 @@ class Shards:
                 if metadata.get(key) != described[1].get(key):
                     raise FormatError(
                         f"{path}: {key} is {metadata.get(key)!r}, but {described[1].get(key)!r} in {described[0]}; "
-                        "one folder holds one kind of shards"
+                        "all shards must be of one kind"
                     )
             for name, tensor in tensors.items():
                 wanted = self.files[0][1].get(name) if self.files else tensor
