@@ -3,10 +3,10 @@
 use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
-use super::primitives::footprint_edges;
 use super::primitives::height_jumps::{self, JumpOptions};
 use super::primitives::roof_map::RoofMap;
 use super::primitives::trace::{self, Trace};
+use super::primitives::walls::Walls;
 use super::primitives::{self, Extent, Primitive, PrimitiveKind};
 use super::{Failure, Parameters};
 use crate::building::Reason;
@@ -34,7 +34,7 @@ pub(super) struct Hypotheses {
     pub detected: usize,
     /// Which roof primitive is on top where.
     pub map: RoofMap,
-    /// The simplified outline that the walls stand on.
+    /// The outline that the outer walls stand on; nowhere outside the footprint.
     pub footprint: Option<MultiPolygon<f64>>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
@@ -50,7 +50,8 @@ impl Hypotheses {
         if roofs.is_empty() {
             roofs.push(flat_roof(&site.points)?);
         }
-        let footprint = site.footprint.as_ref().map(|f| footprint_edges::simplify(f, parameters.footprint_tolerance));
+        let outer = site.footprint.as_ref().map(|footprint| Walls::new(footprint, parameters.footprint_tolerance));
+        let (footprint, edges) = outer.map_or((None, Vec::new()), |walls| (Some(walls.outline), walls.traces));
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
         let bounds = bounds(site, &roofs, footprint.as_ref())?;
@@ -58,21 +59,19 @@ impl Hypotheses {
             reach(roof, label, &map);
         }
         let mut hypotheses = Self { primitives: roofs, detected, map, footprint, bounds };
-        hypotheses.add_walls(site, &walls, parameters);
+        hypotheses.add_walls(site, &edges, &walls, parameters);
         Ok(hypotheses)
     }
 
     /// Walls from the footprint, from height jumps and, without a footprint, from the points.
-    fn add_walls(&mut self, site: &Site, walls: &[Primitive], parameters: &Parameters) {
-        let tolerance = parameters.footprint_tolerance;
-        let edges = self.footprint.as_ref().map_or_else(Vec::new, footprint_edges::traces);
+    fn add_walls(&mut self, site: &Site, edges: &[Trace], walls: &[Primitive], parameters: &Parameters) {
         let options = JumpOptions {
             min_height: parameters.step_height,
             min_length: parameters.step_length,
             ground: self.footprint.is_none().then_some(site.ground.height),
         };
         let seen: Vec<Trace> = walls.iter().filter_map(|wall| wall_trace(wall, &site.points)).collect();
-        let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { &edges });
+        let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { edges });
         if main.is_empty() {
             main = roof_directions(&self.primitives);
         }
@@ -80,15 +79,10 @@ impl Hypotheses {
         if edges.is_empty() {
             jumps.extend(seen);
         }
-        let mut traces = edges;
-        let outline = traces.len();
-        traces.extend(jumps);
-        trace::regularise(&mut traces, tolerance, SAME_LINE);
+        trace::regularise(&mut jumps, edges, SAME_LINE);
         let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
-        for (i, trace) in traces.iter().enumerate() {
-            let margin = if i < outline { TRACE_MARGIN } else { JUMP_MARGIN };
-            self.primitives.push(trace.primitive(heights, margin));
-        }
+        self.primitives.extend(edges.iter().map(|edge| edge.primitive(heights, TRACE_MARGIN)));
+        self.primitives.extend(jumps.iter().map(|jump| jump.primitive(heights, JUMP_MARGIN)));
     }
 
     /// Whether a point of the plan is in the footprint; everywhere without one.

@@ -11,12 +11,14 @@ use gable::solid::Solid;
 
 use gable::validate::{Tolerances, check};
 
-use super::overlap;
+use super::{overlap, plan};
 
 /// The most processor time that a building of the harness may take.
 const LONGEST: Duration = Duration::from_secs(2);
 /// The most that a model may rise above the highest point, metres; a millimetre for the grid.
 const MOST_ABOVE_POINTS: f64 = 0.501;
+/// The most that a model may stand outside its footprint, metres.
+const MOST_OUTSIDE: f64 = 0.001;
 
 /// What became of a building.
 pub struct Judged {
@@ -94,6 +96,15 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
                 if overlap::overlap(a, b) {
                     breaches.push(format!("LoD {lod}: parts overlap"));
                 }
+            }
+        }
+    }
+    if let Some(footprint) = &site.footprint {
+        for (lod, outside) in
+            [("1.2", plan::outside(model.lod12(), footprint)), ("2.2", plan::outside(model.lod22(), footprint))]
+        {
+            if outside > MOST_OUTSIDE {
+                breaches.push(format!("LoD {lod}: {outside:.4} m outside the footprint"));
             }
         }
     }

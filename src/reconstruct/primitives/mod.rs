@@ -30,6 +30,7 @@ mod synthetic;
 #[cfg(test)]
 mod tests;
 pub mod trace;
+pub mod walls;
 
 use nalgebra::Point3;
 
