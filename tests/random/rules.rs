@@ -17,8 +17,10 @@ use super::{overlap, plan};
 const LONGEST: Duration = Duration::from_secs(2);
 /// The most that a model may rise above the highest point, metres; a millimetre for the grid.
 const MOST_ABOVE_POINTS: f64 = 0.501;
-/// The most that a model may stand outside its footprint, metres.
-const MOST_OUTSIDE: f64 = 0.001;
+/// The most that a model of LoD 2.2 may stand outside its footprint, metres: vertices nearer than 1 mm are welded.
+const MOST_OUTSIDE_LOD22: f64 = 0.001;
+/// The same of LoD 1.2, whose footprint loses the tip of a corner of 1 cm where it touches itself.
+const MOST_OUTSIDE_LOD12: f64 = 0.005;
 
 /// What became of a building.
 pub struct Judged {
@@ -100,10 +102,11 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
         }
     }
     if let Some(footprint) = &site.footprint {
-        for (lod, outside) in
-            [("1.2", plan::outside(model.lod12(), footprint)), ("2.2", plan::outside(model.lod22(), footprint))]
-        {
-            if outside > MOST_OUTSIDE {
+        for (lod, outside, most) in [
+            ("1.2", plan::outside(model.lod12(), footprint), MOST_OUTSIDE_LOD12),
+            ("2.2", plan::outside(model.lod22(), footprint), MOST_OUTSIDE_LOD22),
+        ] {
+            if outside > most {
                 breaches.push(format!("LoD {lod}: {outside:.4} m outside the footprint"));
             }
         }
