@@ -4,11 +4,11 @@ use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
 use super::complex::{Complex, PlaneId};
-use super::primitives::footprint_edges;
 use super::primitives::height_jumps::{self, JumpOptions};
 use super::primitives::roof_map::RoofMap;
 use super::primitives::trace::{self, Trace};
 use super::primitives::undersides::Tops;
+use super::primitives::walls::Walls;
 use super::primitives::{self, Extent, Primitive, PrimitiveKind};
 use super::{Failure, Parameters};
 use crate::building::Reason;
@@ -43,7 +43,7 @@ pub struct Hypotheses {
     pub detected: usize,
     /// Which roof primitive is on top where.
     pub map: RoofMap,
-    /// The simplified outline that the walls stand on.
+    /// The outline that the outer walls stand on; nowhere outside the footprint.
     pub footprint: Option<MultiPolygon<f64>>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
@@ -63,7 +63,8 @@ impl Hypotheses {
         if roofs.is_empty() {
             roofs.push(flat_roof(&site.points)?);
         }
-        let footprint = site.footprint.as_ref().map(|f| footprint_edges::simplify(f, parameters.footprint_tolerance));
+        let outer = site.footprint.as_ref().map(|footprint| Walls::new(footprint, parameters.footprint_tolerance));
+        let (footprint, edges) = outer.map_or((None, Vec::new()), |walls| (Some(walls.outline), walls.traces));
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
         let bounds = bounds(site, &roofs, footprint.as_ref())?;
@@ -80,21 +81,26 @@ impl Hypotheses {
             bounds,
         };
         hypotheses.primitives.extend(undersides);
-        hypotheses.add_walls(site, &walls, &covered, parameters);
+        hypotheses.add_walls(site, &edges, &walls, &covered, parameters);
         Ok(hypotheses)
     }
 
     /// Walls from the footprint, from height jumps and, without a footprint, from the points.
-    fn add_walls(&mut self, site: &Site, walls: &[Primitive], covered: &[bool], parameters: &Parameters) {
-        let tolerance = parameters.footprint_tolerance;
-        let edges = self.footprint.as_ref().map_or_else(Vec::new, footprint_edges::traces);
+    fn add_walls(
+        &mut self,
+        site: &Site,
+        edges: &[Trace],
+        walls: &[Primitive],
+        covered: &[bool],
+        parameters: &Parameters,
+    ) {
         let options = JumpOptions {
             min_height: parameters.step_height,
             min_length: parameters.step_length,
             ground: self.footprint.is_none().then_some(site.ground.height),
         };
         let seen: Vec<Trace> = walls.iter().filter_map(|wall| wall_trace(wall, &site.points)).collect();
-        let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { &edges });
+        let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { edges });
         if main.is_empty() {
             main = roof_directions(&self.primitives[..self.roofs]);
         }
@@ -102,24 +108,19 @@ impl Hypotheses {
         if edges.is_empty() {
             jumps.extend(seen);
         }
-        let mut traces = edges;
-        let outline = traces.len();
-        traces.extend(jumps);
-        trace::regularise(&mut traces, tolerance, SAME_LINE);
+        trace::regularise(&mut jumps, edges, SAME_LINE);
         let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
-        for (i, trace) in traces.iter().enumerate() {
-            let margin = if i < outline { TRACE_MARGIN } else { JUMP_MARGIN };
-            self.primitives.push(trace.primitive(heights, margin));
-        }
+        self.primitives.extend(edges.iter().map(|edge| edge.primitive(heights, TRACE_MARGIN)));
+        self.primitives.extend(jumps.iter().map(|jump| jump.primitive(heights, JUMP_MARGIN)));
         // Walls that stand back under a roof are in no outline and no height jump.
         let set_back = walls.iter().zip(covered).filter(|(_, covered)| **covered);
         for (wall, trace) in set_back.filter_map(|(wall, _)| Some((wall, wall_trace(wall, &site.points)?))) {
-            if traces.iter().all(|known| known.deviation(&trace) > SAME_LINE) {
+            if edges.iter().chain(&jumps).all(|known| known.deviation(&trace) > SAME_LINE) {
                 let seen = wall.inliers.iter().filter_map(|&i| site.points.get(i as usize));
                 let [low, high] =
                     seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.z), high.max(p.z)]);
                 self.primitives.push(trace.primitive([low - JUMP_MARGIN, high + JUMP_MARGIN], JUMP_MARGIN));
-                traces.push(trace);
+                jumps.push(trace);
             }
         }
     }

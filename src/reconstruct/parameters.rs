@@ -12,7 +12,8 @@ use super::surface::SurfaceParameters;
 pub struct Parameters {
     /// How planar primitives are detected and refined.
     pub detection: DetectionParameters,
-    /// How far the walls may leave the footprint's outline where that makes them simpler, metres.
+    /// How far the walls may stand back from the footprint's outline where that makes them simpler, metres. They never
+    /// stand outside it.
     #[schemars(range(min = 0.0))]
     pub footprint_tolerance: f64,
     /// Smallest difference in height between neighbouring roofs that gets a wall, metres.

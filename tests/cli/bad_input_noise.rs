@@ -61,6 +61,8 @@ fn survives(folder: &Path, tile: &str, footprints: &str, damaged: &str, seed: u6
             run.code != 1 || run.err.contains("error: ") || run.err.contains("warning: "),
             "round {round}: no word"
         );
+        let named = [tile, footprints, damaged].iter().any(|name| run.err.contains(name));
+        assert!(run.code != 1 || named, "round {round}: no file is named: {}", run.err);
         assert!(started.elapsed() < Duration::from_secs(60), "round {round} took {:?}", started.elapsed());
         let left = names_in(folder);
         assert!(
@@ -110,4 +112,89 @@ fn random_damage_to_footprints() {
     bundled["features"].as_array_mut().unwrap().push(own);
     std::fs::write(folder.path().join("f.geojson"), bundled.to_string()).unwrap();
     survives(folder.path(), "house.laz", "f.geojson", "f.geojson", 4);
+}
+
+/// The footprint of the house, thrice beside each other, as well-known binary.
+fn outlines() -> [Vec<u8>; 3] {
+    [0.0, 12.0, 24.0].map(|west| {
+        let mut bytes = vec![1];
+        for number in [3_u32, 1, 5] {
+            bytes.extend(number.to_le_bytes());
+        }
+        for [x, y] in [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [0.0, 8.0], [0.0, 0.0]] {
+            bytes.extend([CORNER[0] + west + x, CORNER[1] + y].iter().flat_map(|c| f64::to_le_bytes(*c)));
+        }
+        bytes
+    })
+}
+
+/// A database of small pages, so that much of it is not empty.
+fn database(path: &Path, tables: &str, blobs: impl Iterator<Item = Vec<u8>>) {
+    let database = rusqlite::Connection::open(path).unwrap();
+    database.execute_batch(&format!("PRAGMA page_size = 512; {tables}")).unwrap();
+    for (i, blob) in blobs.enumerate() {
+        database.execute("INSERT INTO pand VALUES (?1, ?2, ?3)", (i, blob, format!("house {i}"))).unwrap();
+    }
+}
+
+#[test]
+fn random_damage_to_a_geopackage() {
+    let folder = house_folder();
+    let tables = "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);
+        CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER);
+        CREATE TABLE gpkg_spatial_ref_sys
+            (srs_id INTEGER, organization TEXT, organization_coordsys_id INTEGER, definition TEXT);
+        INSERT INTO gpkg_spatial_ref_sys VALUES (28992, 'EPSG', 28992, 'undefined');
+        INSERT INTO gpkg_contents VALUES ('pand', 'features', 28992);
+        INSERT INTO gpkg_geometry_columns VALUES ('pand', 'geom', 'POLYGON', 28992);
+        CREATE TABLE pand (fid INTEGER PRIMARY KEY, geom BLOB, id TEXT);";
+    let header = [b"GP\0\x01".as_slice(), &28992_i32.to_le_bytes()].concat();
+    let blobs = outlines().map(|wkb| [header.as_slice(), &wkb].concat());
+    database(&folder.path().join("f.gpkg"), tables, blobs.into_iter());
+    assert!(run_in(folder.path(), "house.laz", "f.gpkg", "").code != 1);
+    survives(folder.path(), "house.laz", "f.gpkg", "f.gpkg", 7);
+}
+
+#[test]
+fn random_damage_to_a_spatialite_file() {
+    let folder = house_folder();
+    let tables = "CREATE TABLE geometry_columns (f_table_name TEXT, f_geometry_column TEXT, geometry_type INTEGER,
+            coord_dimension INTEGER, srid INTEGER, spatial_index_enabled INTEGER);
+        CREATE TABLE spatial_ref_sys
+            (srid INTEGER, auth_name TEXT, auth_srid INTEGER, ref_sys_name TEXT, proj4text TEXT, srtext TEXT);
+        INSERT INTO geometry_columns VALUES ('pand', 'geom', 3, 2, 28992, 0);
+        INSERT INTO spatial_ref_sys VALUES (28992, 'epsg', 28992, '', '', '');
+        CREATE TABLE pand (fid INTEGER PRIMARY KEY, geom BLOB, id TEXT);";
+    let bounds: Vec<u8> = [CORNER[0], CORNER[1], CORNER[0] + 34.0, CORNER[1] + 8.0].map(f64::to_le_bytes).concat();
+    let header = [[0, 1].as_slice(), &28992_i32.to_le_bytes(), &bounds, &[0x7C]].concat();
+    let blobs = outlines().map(|wkb| [header.as_slice(), &wkb[1..], &[0xFE]].concat());
+    database(&folder.path().join("f.sqlite"), tables, blobs.into_iter());
+    assert!(run_in(folder.path(), "house.laz", "f.sqlite", "").code != 1);
+    survives(folder.path(), "house.laz", "f.sqlite", "f.sqlite", 8);
+}
+
+#[test]
+fn random_damage_to_a_flatgeobuf_file() {
+    use flatgeobuf::{ColumnType, FgbCrs, FgbWriter, FgbWriterOptions, GeometryType};
+    use geozero::{ColumnValue, PropertyProcessor};
+    let folder = house_folder();
+    let options =
+        FgbWriterOptions { crs: FgbCrs { code: 28992, ..Default::default() }, write_index: true, ..Default::default() };
+    let mut writer = FgbWriter::create_with_options("panden", GeometryType::Polygon, options).unwrap();
+    writer.add_column("id", ColumnType::String, |_, _| {});
+    for west in [0.0, 12.0, 24.0] {
+        let (x, y) = (CORNER[0] + west, CORNER[1]);
+        let shape = geo::Geometry::Polygon(geo::Rect::new((x, y), (x + 10.0, y + 8.0)).to_polygon());
+        let id = format!("house {west}");
+        writer
+            .add_feature_geom(shape, |feature| {
+                feature.property(0, "id", &ColumnValue::String(&id)).unwrap();
+            })
+            .unwrap();
+    }
+    let mut bytes = Vec::new();
+    writer.write(&mut bytes).unwrap();
+    std::fs::write(folder.path().join("f.fgb"), bytes).unwrap();
+    assert!(run_in(folder.path(), "house.laz", "f.fgb", "").code != 1);
+    survives(folder.path(), "house.laz", "f.fgb", "f.fgb", 9);
 }

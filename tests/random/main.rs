@@ -1,5 +1,5 @@
 //! Random buildings through the method and the validator: never a panic, never an invalid solid, never a model above its
-//! points, never without an explanation, never long.
+//! points or outside its footprint, never without an explanation, never long.
 //!
 //! Every building has a number, which is all that it is made from. The test runs a few; many are run with
 //!
@@ -16,6 +16,7 @@ mod clouds;
 mod draw;
 mod footprints;
 mod overlap;
+mod plan;
 mod rules;
 
 use std::collections::BTreeMap;

@@ -12,12 +12,16 @@ use gable::solid::Solid;
 
 use gable::validate::{Tolerances, check};
 
-use super::overlap;
+use super::{overlap, plan};
 
 /// The most processor time that a building of the harness may take.
 const LONGEST: Duration = Duration::from_secs(2);
 /// The most that a model may rise above the highest point, metres; a millimetre for the grid.
 const MOST_ABOVE_POINTS: f64 = 0.501;
+/// The most that a model of LoD 2.2 may stand outside its footprint, metres: vertices nearer than 1 mm are welded.
+const MOST_OUTSIDE_LOD22: f64 = 0.001;
+/// The same of LoD 1.2, whose footprint loses the tip of a corner of 1 cm where it touches itself.
+const MOST_OUTSIDE_LOD12: f64 = 0.005;
 
 /// What became of a building.
 pub struct Judged {
@@ -95,6 +99,16 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
                 if overlap::overlap(a, b) {
                     breaches.push(format!("LoD {lod}: parts overlap"));
                 }
+            }
+        }
+    }
+    if let Some(footprint) = &site.footprint {
+        for (lod, outside, most) in [
+            ("1.2", plan::outside(model.lod12(), footprint), MOST_OUTSIDE_LOD12),
+            ("2.2", plan::outside(model.lod22(), footprint), MOST_OUTSIDE_LOD22),
+        ] {
+            if outside > most {
+                breaches.push(format!("LoD {lod}: {outside:.4} m outside the footprint"));
             }
         }
     }

@@ -23,15 +23,22 @@ pub fn simplify(footprint: &MultiPolygon<f64>, tolerance: f64) -> MultiPolygon<f
     )
 }
 
-/// Drops, one after the other, the vertex that costs least, as long as every original vertex stays within `tolerance`
-/// of the chord that replaces it.
 fn simplify_ring(ring: &LineString<f64>, tolerance: f64) -> LineString<f64> {
     let mut original: Vec<Coord<f64>> = ring.coords().copied().collect();
     original.pop();
-    let mut kept: Vec<usize> = (0..original.len()).collect();
+    let mut simpler = LineString(needed(&original, tolerance).into_iter().map(|i| original[i]).collect());
+    simpler.close();
+    simpler
+}
+
+/// Indices of the vertices of a ring (not closed) that are needed to stay within `tolerance` metres of it, at least
+/// three: drops, one after the other, the vertex that costs least, as long as every vertex stays within `tolerance` of
+/// the chord that replaces it.
+pub(super) fn needed(ring: &[Coord<f64>], tolerance: f64) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..ring.len()).collect();
     let cost = |kept: &[usize], i: usize| {
         let count = kept.len();
-        chord_error(&original, kept[(i + count - 1) % count], kept[(i + 1) % count])
+        chord_error(ring, kept[(i + count - 1) % count], kept[(i + 1) % count])
     };
     let mut costs: Vec<f64> = (0..kept.len()).map(|i| cost(&kept, i)).collect();
     while kept.len() > 3 {
@@ -44,9 +51,7 @@ fn simplify_ring(ring: &LineString<f64>, tolerance: f64) -> LineString<f64> {
             costs[neighbour] = cost(&kept, neighbour);
         }
     }
-    let mut simpler = LineString::from(kept.into_iter().map(|i| original[i]).collect::<Vec<_>>());
-    simpler.close();
-    simpler
+    kept
 }
 
 /// Largest distance from the chord `before → after` to the vertices of the ring between the two.

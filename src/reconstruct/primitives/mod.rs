@@ -30,6 +30,7 @@ mod synthetic;
 mod tests;
 pub mod trace;
 pub mod undersides;
+pub mod walls;
 
 use nalgebra::Point3;
 

@@ -88,18 +88,15 @@ fn direction(normal: &Unit<Vector2<f64>>) -> Vector2<f64> {
     Vector2::new(-normal.y, normal.x)
 }
 
-/// Moves traces that leave the line of a more important one by little onto it, so that almost coincident planes, which
-/// would cut slivers, become one. Footprint edges come first and move by at most `edge_tolerance` metres; height jumps,
-/// which are known less well, by at most `jump_tolerance`. Among themselves longer ones come first.
-pub fn regularise(traces: &mut [Trace], edge_tolerance: f64, jump_tolerance: f64) {
+/// Moves `traces` that leave the line of a more important one by at most `tolerance` metres onto it, so that almost
+/// coincident planes, which would cut slivers, become one. The `carriers` come first and stay; among the traces longer
+/// ones do.
+pub fn regularise(traces: &mut [Trace], carriers: &[Trace], tolerance: f64) {
     let mut order: Vec<usize> = (0..traces.len()).collect();
-    order.sort_by(|&a, &b| {
-        (traces[a].kind.cmp(&traces[b].kind)).then(traces[b].length().total_cmp(&traces[a].length())).then(a.cmp(&b))
-    });
-    let mut carriers: Vec<Trace> = Vec::new();
+    order.sort_by(|&a, &b| traces[b].length().total_cmp(&traces[a].length()).then(a.cmp(&b)));
+    let mut carriers = carriers.to_vec();
     for index in order {
         let trace = traces[index];
-        let tolerance = if trace.kind == PrimitiveKind::FootprintEdge { edge_tolerance } else { jump_tolerance };
         let nearest = carriers
             .iter()
             .map(|carrier| (carrier.deviation(&trace), carrier))
@@ -134,11 +131,13 @@ mod tests {
 
     #[test]
     fn almost_collinear_traces_share_one_plane_and_others_do_not() {
+        let carrier = edge([0.0, 0.0], [10.0, 0.0]);
         let mut traces =
-            [edge([0.0, 0.0], [10.0, 0.0]), edge([14.0, 0.04], [12.0, 0.05]), edge([0.0, 0.3], [2.0, 0.3])];
-        regularise(&mut traces, 0.1, 0.1);
-        assert_eq!((traces[1].normal, traces[1].offset), (traces[0].normal, traces[0].offset));
-        assert!((traces[1].length() - 2.0).abs() < 1e-3);
-        assert!(traces[2].offset.abs() > 0.2);
+            [edge([14.0, 0.04], [12.0, 0.05]), edge([0.0, 0.3], [2.0, 0.3]), edge([0.0, 0.33], [5.0, 0.33])];
+        regularise(&mut traces, &[carrier], 0.1);
+        assert_eq!((traces[0].normal, traces[0].offset), (carrier.normal, carrier.offset));
+        assert!((traces[0].length() - 2.0).abs() < 1e-3);
+        // The longer one of the others carries the shorter.
+        assert!(traces[1].offset == traces[2].offset && (traces[1].offset.abs() - 0.33).abs() < 1e-12);
     }
 }

@@ -77,10 +77,11 @@ pub(super) fn remove(labelled: &Labelled, inside: &mut [bool], minimum: f64) -> 
 /// Gives every sliver the label of its neighbours across one of its two broad sides, always the one on the plane that
 /// came first: as if the other plane had never cut there. Returns how many cells were relabelled.
 ///
-/// This holds for fixed labels too, because where in a sliver of a millimetre a point lies says nothing.
+/// A fixed label stays: the walls would leave the footprint.
 pub(super) fn absorb_slivers(labelled: &Labelled, inside: &mut [bool]) -> usize {
     let complex = labelled.complex;
     let slivers: Vec<(CellId, PlaneId)> = (0..inside.len() as CellId)
+        .filter(|&cell| !labelled.is_fixed(cell))
         .filter_map(|cell| {
             let corners = complex.cell_vertices(cell);
             let mut planes: Vec<PlaneId> =

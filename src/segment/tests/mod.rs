@@ -1,3 +1,9 @@
+//! Made-up villages, from tiles to sites.
+
+mod ground;
+mod prepared;
+mod real;
+
 use super::neighbourhood::{frame_of, polygon_to_local, snap};
 use super::prepared::Prepared;
 use super::{BuildingClasses, SegmentOptions, Segmentation, segment};
@@ -218,54 +224,6 @@ fn unclassified_clouds_work_with_any() {
 }
 
 #[test]
-fn ground_on_a_slope_is_that_of_the_low_side() {
-    // 10 % downwards to the east; the footprint spans 10 m, the ring 3 m more on either side.
-    let mut points: Vec<Plain> = Vec::new();
-    for i in 0..120 {
-        for j in 0..120 {
-            let (x, y) = (f64::from(i) * 0.5, f64::from(j) * 0.5);
-            let roof = (20.0..30.0).contains(&x) && (20.0..30.0).contains(&y);
-            points.push(if roof { ([x, y, 20.0], 6) } else { ([x, y, 10.0 - 0.1 * x], 2) });
-        }
-    }
-    // A hole in the ground, and ground inside another building, are not the ground.
-    points.extend([([31.5, 25.0, -20.0], 2), ([18.5, 25.1, 100.0], 2)]);
-    let footprints =
-        [footprint("a", block([20.0, 30.0], [20.0, 30.0])), footprint("b", block([10.0, 20.0], [20.0, 30.0]))];
-    let cloud = Cloud::new().tile("a.laz", Style::default(), &points);
-    let found = cloud.segment(&footprints[..1], &SegmentOptions::default()).unwrap();
-    let ground = found.sites[0].ground;
-    // The ring lies between x = 17 and 33: between 6.7 and 8.3 m.
-    assert!((6.7..6.9).contains(&ground.height), "{ground:?}");
-    assert!((0.5..1.6).contains(&ground.spread), "{ground:?}");
-    // Between two neighbours the ring keeps to the free sides.
-    let found = cloud.segment(&footprints, &SegmentOptions::default()).unwrap();
-    assert!(found.sites[0].ground.height < 7.0 && found.sites[0].ground.spread < ground.spread);
-}
-
-#[test]
-fn ground_falls_back_and_says_so() {
-    let (points, footprints) = village();
-    let roofs: Vec<Plain> = points.iter().filter(|(_, class)| *class == 6).copied().collect();
-    let far: Vec<Plain> = points.iter().filter(|(p, c)| *c == 6 || p[0] > 1045.0).copied().collect();
-    let options = SegmentOptions::default();
-    let ground = |points: &[Plain], options: &SegmentOptions| {
-        let cloud = Cloud::new().tile("a.laz", Style::default(), points);
-        cloud.segment(&footprints, options).unwrap().sites[0].ground
-    };
-    // Ground 25 m away is out of reach; then the lowest points inside are the roof.
-    assert_eq!(ground(&far, &options).source, GroundSource::LowestPoints);
-    assert!((ground(&far, &options).height - 7.0).abs() < 0.02);
-    // 13 m away it is found by widening.
-    let near: Vec<Plain> = points.iter().filter(|(p, c)| *c == 6 || p[0] > 1033.0).copied().collect();
-    assert_eq!(ground(&near, &options).source, GroundSource::GroundPoints);
-    let three = [([1011.0, 5011.0, 4.0], 6), ([1012.0, 5011.0, 5.0], 6), ([1013.0, 5015.0, 6.0], 6)];
-    let last = ground(&three, &options);
-    assert_eq!((last.source, last.height), (GroundSource::BoundingBox, 4.0));
-    assert_eq!(ground(&roofs, &options).source, GroundSource::LowestPoints);
-}
-
-#[test]
 fn a_footprint_at_the_edge_of_the_tiles_is_incomplete() {
     let (points, mut footprints) = village();
     footprints.push(footprint("edge", block([1050.0, 1070.0], [5010.0, 5030.0])));
@@ -324,152 +282,4 @@ fn building_classes_are_a_list_or_any() {
     let options: SegmentOptions = serde_json::from_str(r#"{"building_classes": "any", "ring_width": 4}"#).unwrap();
     assert!(options.building_classes.is_any() && options.ring_width == 4.0);
     assert!(serde_json::from_str::<SegmentOptions>(r#"{"ring": 4}"#).is_err());
-}
-
-/// A star-shaped polygon with a hole, by the radii of its corners.
-fn star(radii: &[f64]) -> MultiPolygon<f64> {
-    let corner = |(i, r): (usize, &f64)| {
-        let angle = std::f64::consts::TAU * i as f64 / radii.len() as f64;
-        (r * angle.cos(), r * angle.sin())
-    };
-    let outer: Vec<_> = radii.iter().enumerate().map(corner).collect();
-    let inner: Vec<_> = outer.iter().map(|(x, y)| (0.4 * x, 0.4 * y)).collect();
-    MultiPolygon::new(vec![geo::Polygon::new(outer.into(), vec![inner.into()])])
-}
-
-proptest! {
-    #[test]
-    fn prepared_polygons_answer_like_geo(
-        radii in prop::collection::vec(2.0..10.0_f64, 3..60),
-        places in prop::collection::vec((-12.0..12.0_f64, -12.0..12.0_f64), 50),
-    ) {
-        let polygon = star(&radii);
-        let prepared = Prepared::new(&polygon);
-        let boundary = |p: Point<f64>| {
-            let rings = polygon.0.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));
-            rings.map(|ring| Euclidean.distance(&p, ring)).fold(f64::INFINITY, f64::min)
-        };
-        for (x, y) in places {
-            let place = Point::new(x, y);
-            let expected = boundary(place);
-            if expected > 1e-9 {
-                prop_assert_eq!(prepared.contains([x, y]), polygon.contains(&place));
-            }
-            let found = prepared.boundary_distance([x, y], 3.0);
-            let at_limit = (expected - 3.0).abs() < 1e-9;
-            let agrees = if expected > 3.0 { found.is_infinite() } else { (found - expected).abs() < 1e-9 };
-            prop_assert!(at_limit || agrees, "{} is not {}", found, expected);
-        }
-    }
-
-    #[test]
-    fn points_of_a_shared_edge_belong_to_one_side(ends in prop::array::uniform4(-100_000..100_000_i32), t in 1..1000_i32) {
-        let [x0, y0, x1, y1] = ends.map(|v| f64::from(v) * 1e-3 + 85_000.0);
-        let (dx, dy) = (x1 - x0, y1 - y0);
-        prop_assume!(dx.hypot(dy) > 0.1);
-        // Two triangles on either side of the edge, each in its own frame.
-        let triangle = |side: f64| {
-            let apex = (x0 + dx / 2.0 - side * dy, y0 + dy / 2.0 + side * dx);
-            MultiPolygon::new(vec![geo::Polygon::new(vec![(x0, y0), (x1, y1), apex].into(), vec![])])
-        };
-        let at = f64::from(t) / 1000.0;
-        let place = [snap(x0 + at * dx), snap(y0 + at * dy), 0.0];
-        let inside = [1.0, -1.0].map(|side| {
-            let polygon = triangle(side);
-            let frame = frame_of(&polygon, &crs(1.0));
-            let [x, y, _] = super::neighbourhood::to_local(&frame, place);
-            let prepared = Prepared::new(&polygon_to_local(&frame, &polygon));
-            (prepared.contains([x, y]), prepared.boundary_distance([x, y], 1.0))
-        });
-        prop_assert!(inside.iter().all(|(_, distance)| *distance < 1e-5));
-        let on_it = inside.iter().any(|(_, distance)| *distance < 1e-9);
-        prop_assert!(on_it || inside[0].0 != inside[1].0);
-    }
-}
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")).join(name);
-    if !path.exists() {
-        println!("skipped: shared data not found");
-    }
-    path.exists().then_some(path)
-}
-
-fn geojson_footprints(path: &Path, id: &str) -> Vec<Footprint> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let collection: geojson::FeatureCollection = text.parse::<geojson::GeoJson>().unwrap().try_into().unwrap();
-    let of = |feature: &geojson::Feature| {
-        let geometry: geo::Geometry<f64> = feature.geometry.clone().unwrap().try_into().unwrap();
-        let polygon = match geometry {
-            geo::Geometry::Polygon(polygon) => MultiPolygon::new(vec![polygon]),
-            geo::Geometry::MultiPolygon(polygon) => polygon,
-            other => panic!("{other:?}"),
-        };
-        footprint(feature.property(id).unwrap().as_str().unwrap(), polygon)
-    };
-    collection.features.iter().map(of).collect()
-}
-
-#[test]
-fn delft_gives_what_a_plain_count_gives() {
-    let Some(folder) = shared("delft-quickstart") else { return };
-    let footprints = geojson_footprints(&folder.join("footprints.geojson"), "id");
-    let tile = Tile::open(folder.join("delft_ahn3.laz")).unwrap();
-    let found = segment(&[tile], footprints.clone(), &crs(1.0), &SegmentOptions::default(), &|_| {}).unwrap();
-    assert_eq!(found.sites.len(), 71);
-    assert_eq!(found.counts.read, 141_577);
-    assert_eq!(
-        found.counts.classes.iter().map(|(c, n)| (*c, *n)).collect::<Vec<_>>(),
-        [(1, 41_029), (2, 54_879), (6, 45_646), (9, 23)]
-    );
-    assert!(found.sites.iter().filter(|site| site.points.len() >= 50).count() >= 66);
-
-    let mut plain = vec![0; footprints.len()];
-    let mut reader = las::Reader::from_path(folder.join("delft_ahn3.laz")).unwrap();
-    for point in reader.read_all().unwrap().points() {
-        let point = point.unwrap();
-        if u8::from(point.classification) == 6 {
-            let place = Point::new(point.x, point.y);
-            plain.iter_mut().zip(&footprints).filter(|(_, f)| f.polygon.contains(&place)).for_each(|(n, _)| *n += 1);
-        }
-    }
-    let dropped = found.counts.dropped;
-    let kept: usize = found.sites.iter().map(|site| site.points.len()).sum();
-    let lost = (dropped.duplicate + dropped.hovering + dropped.beyond_party_wall) as usize;
-    assert!((kept + lost).abs_diff(plain.iter().sum()) <= 2, "{kept} + {lost} of {}", plain.iter().sum::<usize>());
-    assert!(lost * 200 < kept, "{dropped:?}");
-    println!("{:?}", found.counts);
-
-    // The makers of the reference state the ground that they found, from the same points.
-    let text = std::fs::read_to_string(folder.join("reference_3dbag_lod22.city.jsonl")).unwrap();
-    let mut differences = Vec::new();
-    for line in text.lines().skip(1) {
-        let feature: serde_json::Value = serde_json::from_str(line).unwrap();
-        for (id, object) in feature["CityObjects"].as_object().unwrap() {
-            let stated = object["attributes"]["h_maaiveld"].as_f64();
-            if let (Some(stated), Some(site)) = (stated, found.sites.iter().find(|site| site.id == *id)) {
-                println!("{id} {stated:.3} {:.3} spread {:.3}", site.ground.height, site.ground.spread);
-                differences.push((site.ground.height - stated).abs());
-            }
-        }
-    }
-    differences.sort_by(f64::total_cmp);
-    println!("{differences:?}");
-    assert!(differences.len() >= 10 && differences[differences.len() / 2] < 0.1, "{differences:?}");
-}
-
-#[test]
-fn amsterdam_reports_what_the_tile_edge_cuts() {
-    let Some(folder) = shared("amsterdam-dense") else { return };
-    let text = std::fs::read_to_string(folder.join("footprints.geojson")).unwrap();
-    let id = if text.contains("\"identificatie\"") { "identificatie" } else { "id" };
-    let footprints = geojson_footprints(&folder.join("footprints.geojson"), id);
-    let tiles = ["ahn_2386_9702.laz", "ahn_2397_9705.laz"].map(|name| Tile::open(folder.join(name)).unwrap());
-    let found = segment(&tiles, footprints, &crs(1.0), &SegmentOptions::default(), &|_| {}).unwrap();
-    for site in &found.sites {
-        println!("{} {} points, {:?}, {:?}", site.id, site.points.len(), site.ground, site.coverage);
-    }
-    println!("{:?}", found.counts);
-    let complete = found.sites.iter().filter(|site| site.coverage.is_complete()).count();
-    assert!(complete > 0 && complete < found.sites.len(), "{complete} of {}", found.sites.len());
 }
