@@ -18,8 +18,9 @@ use super::{overlap, plan};
 const LONGEST: Duration = Duration::from_secs(2);
 /// The most that a model may rise above the highest point, metres; a millimetre for the grid.
 const MOST_ABOVE_POINTS: f64 = 0.501;
-/// The most that a model of LoD 2.2 may stand outside its footprint, metres: vertices nearer than 1 mm are welded.
-const MOST_OUTSIDE_LOD22: f64 = 0.001;
+/// The most that a model of LoD 2.2 may stand outside its footprint, metres: slits narrower than 3 mm are closed, and
+/// vertices nearer than 1 mm are welded.
+const MOST_OUTSIDE_LOD22: f64 = 0.003;
 /// The same of LoD 1.2, whose footprint loses the tip of a corner of 1 cm where it touches itself.
 const MOST_OUTSIDE_LOD12: f64 = 0.005;
 

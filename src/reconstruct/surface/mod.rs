@@ -58,8 +58,7 @@ pub struct Labelled<'a> {
     pub occupancy: &'a [f64],
     /// Volume of each cell, cubic metres.
     pub volumes: &'a [f64],
-    /// Cells whose label must stay. May be empty. (A cavity is filled, and a sliver of a few millimetres joins its
-    /// neighbour, all the same.)
+    /// Cells whose label must stay. May be empty. (A cavity is filled all the same.)
     pub fixed: &'a [Option<bool>],
 }
 
@@ -80,7 +79,7 @@ pub struct Extraction {
     pub shells: Vec<Shell>,
     /// The labels that the shells bound, after all relabelling.
     pub inside: Vec<bool>,
-    /// How many slivers between planes that nearly coincide were relabelled, fixed ones among them.
+    /// How many slivers between planes that nearly coincide were relabelled.
     pub slivers: usize,
     /// How many cells were relabelled to remove small features.
     pub features: usize,

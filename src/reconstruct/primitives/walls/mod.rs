@@ -25,13 +25,15 @@ const MOST_MOVED: f64 = 5.0;
 const LEAST_AREA: f64 = 0.9;
 /// Where walls cannot stand back that far, a half is tried, and so on, this many times in all.
 const ATTEMPTS: usize = 5;
+/// A slit narrower than this, metres, is none: no valid solid can have it, and nothing stands in it.
+const HAIRLINE: f64 = 0.003;
 /// Walls that leave the footprint in strips thinner than this, metres, do so by rounding only.
 const ROUNDING: f64 = 1e-5;
 
 /// The outline that the walls of a building stand on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Walls {
-    /// The outline, in local metres; nowhere outside the footprint.
+    /// The outline, in local metres; nowhere outside the footprint, but that slits narrower than 3 mm are closed.
     pub outline: MultiPolygon<f64>,
     /// One trace per edge of the outline. Edges on one line give the very same plane.
     pub traces: Vec<Trace>,
@@ -41,12 +43,72 @@ impl Walls {
     /// Walls for a footprint (local metres, valid) that stand back from its outline by at most `reach` metres where that
     /// makes them fewer. The footprint as it is where they cannot.
     pub fn new(footprint: &MultiPolygon<f64>, reach: f64) -> Self {
+        let footprint = &without_hairlines(footprint);
         let halved = |reach: &f64| Some(reach / 2.0);
         std::iter::successors(Some(reach), halved)
             .take(ATTEMPTS)
             .filter(|reach| *reach > 0.0)
             .find_map(|reach| standing_back(footprint, reach))
             .unwrap_or_else(|| Self { outline: footprint.clone(), traces: footprint_edges::traces(footprint) })
+    }
+}
+
+/// The footprint with its slits narrower than [`HAIRLINE`] closed.
+fn without_hairlines(footprint: &MultiPolygon<f64>) -> MultiPolygon<f64> {
+    let closed = |polygon: &Polygon<f64>| {
+        let mut rings = rings(polygon);
+        let before: usize = rings.iter().map(Vec::len).sum();
+        rings.iter_mut().for_each(|ring| drop_needles(ring, f64::NEG_INFINITY, HAIRLINE));
+        if rings.iter().map(Vec::len).sum::<usize>() == before {
+            return polygon.clone();
+        }
+        let mut rings = rings.into_iter().map(|ring| {
+            let mut line = LineString(ring);
+            line.close();
+            line
+        });
+        let exterior = rings.next().unwrap_or_else(|| LineString(Vec::new()));
+        let closed = Polygon::new(exterior, rings.collect());
+        if closed.is_valid() { closed } else { polygon.clone() }
+    };
+    MultiPolygon(footprint.iter().map(closed).collect())
+}
+
+/// The rings of a polygon, exterior first, not closed, with the interior on their left.
+fn rings(polygon: &Polygon<f64>) -> Vec<Vec<Coord<f64>>> {
+    let ring = |(index, ring): (usize, &LineString<f64>)| {
+        let mut coords: Vec<Coord<f64>> = ring.coords().copied().collect();
+        coords.pop();
+        let counterclockwise = Polygon::new(ring.clone(), Vec::new()).signed_area() > 0.0;
+        if counterclockwise != (index == 0) {
+            coords.reverse();
+        }
+        coords
+    };
+    std::iter::once(polygon.exterior()).chain(polygon.interiors()).enumerate().map(ring).collect()
+}
+
+/// Drops the tips of needles from a ring with the interior on its left: of spikes up to `spike` metres wide and of slits
+/// up to `slit`.
+fn drop_needles(ring: &mut Vec<Coord<f64>>, spike: f64, slit: f64) {
+    let point = |c: Coord<f64>| Vector2::new(c.x, c.y);
+    let (mut at, mut settled) = (0, 0);
+    while ring.len() > 3 && settled < ring.len() {
+        let n = ring.len();
+        at %= n;
+        let tip = point(ring[at]);
+        let (there, back) = (point(ring[(at + n - 1) % n]) - tip, point(ring[(at + 1) % n]) - tip);
+        // From the end of the shorter edge to the longer one.
+        let width = there.perp(&back).abs() / there.norm().max(back.norm()).max(f64::MIN_POSITIVE);
+        let most = if back.perp(&there) > 0.0 { spike } else { slit };
+        if there.dot(&back) > 0.0 && width <= most {
+            ring.remove(at);
+            at = (at + n - 2) % n;
+            settled = 0;
+        } else {
+            at += 1;
+            settled += 1;
+        }
     }
 }
 
@@ -97,7 +159,7 @@ struct Line {
 /// The walls, unless they leave the footprint or lose much of it.
 fn standing_back(footprint: &MultiPolygon<f64>, reach: f64) -> Option<Walls> {
     // An edge leaves the vertices that it replaces by half as much to either side, and is then moved inwards.
-    let mut rings: Vec<Vec<Vec<Edge>>> = footprint.iter().map(|polygon| edges(polygon, reach / 2.0)).collect();
+    let mut rings: Vec<Vec<Vec<Edge>>> = footprint.iter().map(|polygon| edges(polygon, reach, reach / 2.0)).collect();
     let lines = share_lines(rings.iter_mut().flatten().flatten().collect(), reach)?;
     let mut walls = Walls { outline: MultiPolygon(Vec::new()), traces: Vec::new() };
     for polygon in rings {
@@ -128,15 +190,11 @@ fn is_within(inner: &MultiPolygon<f64>, outer: &MultiPolygon<f64>) -> bool {
     inner.difference(outer).iter().all(thin)
 }
 
-/// The edges of a polygon's rings, simplified to within `tolerance` metres, exterior first.
-fn edges(polygon: &Polygon<f64>, tolerance: f64) -> Vec<Vec<Edge>> {
-    let ring = |(index, ring): (usize, &LineString<f64>)| {
-        let mut coords: Vec<Coord<f64>> = ring.coords().copied().collect();
-        coords.pop();
-        let counterclockwise = Polygon::new(ring.clone(), Vec::new()).signed_area() > 0.0;
-        if counterclockwise != (index == 0) {
-            coords.reverse();
-        }
+/// The edges of a polygon's rings without spikes narrower than `spike` metres, simplified to within `tolerance` metres,
+/// exterior first.
+fn edges(polygon: &Polygon<f64>, spike: f64, tolerance: f64) -> Vec<Vec<Edge>> {
+    let simpler = |mut coords: Vec<Coord<f64>>| {
+        drop_needles(&mut coords, spike, f64::NEG_INFINITY);
         let kept = footprint_edges::needed(&coords, tolerance);
         let n = coords.len();
         (0..kept.len())
@@ -150,7 +208,7 @@ fn edges(polygon: &Polygon<f64>, tolerance: f64) -> Vec<Vec<Edge>> {
             })
             .collect()
     };
-    std::iter::once(polygon.exterior()).chain(polygon.interiors()).enumerate().map(ring).collect()
+    rings(polygon).into_iter().map(simpler).collect()
 }
 
 /// Finds few lines for the edges, longer ones first. `None` where an edge finds no line.

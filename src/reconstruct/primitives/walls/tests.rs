@@ -66,6 +66,27 @@ fn what_is_narrower_than_the_reach_keeps_both_its_walls() {
 }
 
 #[test]
+fn needles_go_where_they_are_spikes_or_hairlines() {
+    let needle = |y: f64, width: f64| {
+        let middle = 5.0 + width;
+        footprint(&[
+            [0.0, 0.0],
+            [5.0, 0.0],
+            [middle, y],
+            [5.0 + 2.0 * width, 0.0],
+            [10.0, 0.0],
+            [10.0, 8.0],
+            [0.0, 8.0],
+        ])
+    };
+    for (y, width, corners) in [(-3.0, 0.02, 4), (-3.0, 0.2, 7), (3.0, 0.001, 4), (3.0, 0.02, 7)] {
+        let walls = Walls::new(&needle(y, width), 0.1);
+        assert_eq!(count(&walls), corners, "{y} {width} {walls:?}");
+        assert!((walls.outline.unsigned_area() - 80.0).abs() < 1.0, "{walls:?}");
+    }
+}
+
+#[test]
 fn a_court_stays_open() {
     let court: LineString<f64> =
         vec![(3.0, 3.0), (3.02, 6.0), (3.0, 9.0), (9.0, 9.0), (9.0, 3.0), (5.0, 3.04), (3.0, 3.0)].into();
