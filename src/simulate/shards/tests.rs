@@ -68,6 +68,7 @@ impl Shard {
         let bytes = std::fs::read(path).unwrap();
         let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
         assert_eq!(length % 8, 0);
+        safetensors::SafeTensors::deserialize(&bytes).unwrap();
         Self { head: serde_json::from_slice(&bytes[8..8 + length]).unwrap(), body: bytes[8 + length..].to_vec() }
     }
 
