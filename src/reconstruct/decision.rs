@@ -3,9 +3,8 @@
 use super::Partitioned;
 use super::occupancy::{HeightField, Occupancy, OccupancyError};
 
-/// Where the field and the vote agree on less than this share of the volume that either calls inside, the field is not
-/// believed: shapes that are no height field differ from the vote by less, and a network that met nothing like this
-/// building in its training by more.
+/// A field that calls less than this share of the volume under the roofs that were seen inside is not believed: shapes
+/// that are no height field lack less, and a network that met nothing like this building in its training lacks more.
 const LEAST_AGREEMENT: f64 = 0.4;
 
 /// The occupancy of the cells of a building, and whose it is.
@@ -30,12 +29,12 @@ impl Decision {
         let fallback = match given {
             Err(error) => error.to_string(),
             Ok(occupancy) => {
-                let [inside, either, both] = compare(building, &occupancy, &vote);
+                let [inside, under_roofs, both] = compare(building, &occupancy, &vote);
                 if inside == 0.0 {
                     "it says that everything is outside".to_owned()
-                } else if both < LEAST_AGREEMENT * either {
-                    let share = 100.0 * both / either;
-                    format!("it agrees with the points on only {share:.0} % of the volume")
+                } else if both < LEAST_AGREEMENT * under_roofs {
+                    let share = 100.0 * both / under_roofs;
+                    format!("it calls only {share:.0} % of what lies under the roofs inside")
                 } else {
                     return Ok(Self { occupancy, height_field: false, fallback: None });
                 }
@@ -45,12 +44,12 @@ impl Decision {
     }
 }
 
-/// The volumes, in cubic metres, that the field calls inside, that either does, and that both do.
+/// The volumes, in cubic metres, that the field calls inside, that the vote does, and that both do.
 fn compare(building: &Partitioned, field: &[f64], vote: &[f64]) -> [f64; 3] {
     let mut volumes = [0.0; 3];
     for cell in building.free().map(|cell| cell as usize) {
         let [field, vote] = [field, vote].map(|occupancy| occupancy.get(cell).is_some_and(|o| *o > 0.5));
-        for (sum, counts) in volumes.iter_mut().zip([field, field || vote, field && vote]) {
+        for (sum, counts) in volumes.iter_mut().zip([field, vote, field && vote]) {
             if counts {
                 *sum += building.volumes[cell];
             }

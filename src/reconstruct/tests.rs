@@ -175,3 +175,63 @@ fn coordinates_that_are_no_numbers_are_left_out() {
     assert_eq!(building.measures.points, expected.measures.points);
     assert_eq!(building.notes, ["3 point(s) with coordinates that are absurd or no numbers: left out"]);
 }
+
+/// A field that says the same of all places.
+#[derive(Debug)]
+struct Everywhere(f64);
+
+impl Occupancy for Everywhere {
+    fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, occupancy::OccupancyError> {
+        Ok(vec![self.0; building.complex.cells.len()])
+    }
+}
+
+#[test]
+fn the_vote_decides_where_the_field_denies_what_was_seen() {
+    let house = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    let vote = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
+    let denied = reconstruct(&house, &Parameters::default(), &Everywhere(0.1));
+    assert_eq!(denied.model.parts, vote.model.parts);
+    assert_eq!(denied.measures.field_fallback.as_deref(), Some("it says that everything is outside"));
+    assert!(denied.notes.iter().any(|note| note.contains("the height-field vote decided")), "{:?}", denied.notes);
+    assert_eq!(vote.measures.field_fallback, None);
+
+    // The vote is sure of a house that was seen well, and more so of its roof than of cells that it doubts.
+    assert!(vote.measures.confidence.is_some_and(|confidence| confidence > 0.9 && confidence <= 1.0));
+    let roofs: Vec<f64> = only_solid(&vote).surfaces.iter().filter_map(|surface| surface.confidence).collect();
+    assert_eq!(roofs.len(), 2);
+    assert!(roofs.iter().all(|confidence| (0.9..=1.0).contains(confidence)), "{roofs:?}");
+}
+
+#[test]
+fn a_passage_that_was_scanned_stays_open_under_a_field_that_knows_it() {
+    /// Outside in the passage, inside elsewhere under the roof.
+    #[derive(Debug)]
+    struct Passage;
+    impl Occupancy for Passage {
+        fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, occupancy::OccupancyError> {
+            let inside = |cell: u32| {
+                let c = building.complex.cell_centroid(cell);
+                c.z < 9.0 && !(c.z < 3.0 && (4.0..8.0).contains(&c.x))
+            };
+            Ok((0..building.complex.cells.len() as u32).map(|cell| f64::from(u8::from(inside(cell)))).collect())
+        }
+    }
+    let mut house = site(rectangle(12.0, 8.0), 0.3, |_, _| Some(9.0));
+    // Its ceiling and its two walls, seen from the ground.
+    for i in 0..26 {
+        for j in 0..12 {
+            let along = 0.15 + 0.3 * f64::from(i);
+            house.points.push(Point3::new(4.1 + 0.32 * f64::from(j), along, 3.0));
+            for wall in [4.0, 8.0] {
+                house.points.push(Point3::new(wall, along, 0.1 + 0.25 * f64::from(j)));
+            }
+        }
+    }
+    let building = reconstruct(&house, &Parameters::default(), &Passage);
+    let solid = only_solid(&building);
+    assert!((solid.volume() - (12.0 * 8.0 * 9.0 - 4.0 * 8.0 * 3.0)).abs() < 10.0, "{}", solid.volume());
+    assert_eq!(count(solid, SurfaceType::OuterCeiling), 1);
+    let vote = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
+    assert!((only_solid(&vote).volume() - 12.0 * 8.0 * 9.0).abs() < 10.0, "the ceiling is not taken for the roof");
+}
