@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test setup lint doc bench picture
+.PHONY: quickstart test loop setup lint doc bench picture
 
 quickstart: setup
 	cargo build --release --locked
@@ -21,6 +21,10 @@ quickstart: setup
 # The tests use the profile of the quick start, so that the heavy libraries are built once.
 test: setup
 	cargo test --release --locked
+
+# From virtual scans to a network to a city model, in small: about five minutes, two of them training.
+loop: setup
+	sh training/loop.sh
 
 lint: setup
 	cargo fmt --check
