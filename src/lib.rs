@@ -33,6 +33,7 @@ pub mod reconstruct;
 pub mod report;
 pub mod run;
 pub mod segment;
+pub mod simulate;
 pub mod sink;
 pub mod site;
 pub mod solid;
