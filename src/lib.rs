@@ -17,6 +17,7 @@
 //! - [`sink`] writes models, one file per format.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
 //! - [`evaluate`] measures how good a model is.
+//! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`audit`] validates city model files, from anyone.
 //!
 //! A lower floor never imports a higher one: `cli → run → {source, segment, sink} → reconstruct → {solid, site} →

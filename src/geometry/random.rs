@@ -29,6 +29,29 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// A number from `low` up to but not including `high`.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// True with this probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+
+    /// One of these values, each as likely as its weight says; the last when the weights are all 0.
+    pub fn weighted<T: Copy, const N: usize>(&mut self, choices: [(T, f64); N]) -> T {
+        const { assert!(N > 0) };
+        let mut left = self.unit() * choices.iter().map(|(_, weight)| weight).sum::<f64>();
+        for (value, weight) in choices {
+            left -= weight;
+            if left < 0.0 {
+                return value;
+            }
+        }
+        choices[N - 1].0
+    }
+
     /// Puts a slice in random order (Fisher and Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {

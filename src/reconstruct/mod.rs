@@ -16,7 +16,7 @@ mod outline;
 mod parameters;
 mod partitioned;
 pub mod primitives;
-mod semantics;
+pub(crate) mod semantics;
 pub mod surface;
 
 pub use hypotheses::Hypotheses;

@@ -7,6 +7,7 @@
 //!
 //! Everything follows from one seed, whatever the number of threads.
 
+pub mod generator;
 mod mesh;
 mod model;
 mod options;

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::synthetic::{Scan, gable};
 use super::*;
+use crate::geometry::Random;
 use crate::reconstruct::Parameters;
 
 fn with(detector: Detector) -> Parameters {
