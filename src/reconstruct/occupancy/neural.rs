@@ -128,6 +128,11 @@ impl Occupancy for Neural {
         }
         Ok(occupancy)
     }
+
+    fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError> {
+        let answers = self.query(&Inputs::new(building), places)?;
+        Ok(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).collect())
+    }
 }
 
 fn sigmoid(logit: f64) -> f64 {
