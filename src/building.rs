@@ -156,6 +156,8 @@ pub struct Measures {
     pub primitives: usize,
     /// Number of cells of the complex.
     pub cells: usize,
+    /// How sure the field is of the surface of the LoD 2.2 model above the ground, 0 to 1.
+    pub confidence: Option<f64>,
     /// Why the height-field vote decided although another field was asked for; `None` where the field that was asked
     /// for decided.
     pub field_fallback: Option<String>,

@@ -30,12 +30,14 @@ pub struct Surface {
     pub heights: Option<[f64; 2]>,
     /// Whether a wall stands on an edge of the footprint (and not between two roofs); walls only.
     pub on_footprint_edge: Option<bool>,
+    /// How sure the field is of it, 0 to 1; roofs at LoD 2.2 only.
+    pub confidence: Option<f64>,
 }
 
 impl Surface {
     /// A surface of this type without further properties.
     pub fn of(kind: SurfaceType) -> Self {
-        Self { kind, slope: None, azimuth: None, heights: None, on_footprint_edge: None }
+        Self { kind, slope: None, azimuth: None, heights: None, on_footprint_edge: None, confidence: None }
     }
 }
 

@@ -14,6 +14,7 @@ mod interrupt;
 mod output;
 mod progress;
 mod reconstruct;
+mod simulate;
 mod summary;
 mod trial;
 mod validate;
@@ -70,6 +71,8 @@ enum Command {
     Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
+    /// Scan city models virtually, for training and testing
+    Simulate(Box<simulate::Args>),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
+        Command::Simulate(args) => simulate::main(&args),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

@@ -3,10 +3,12 @@
 use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
+use super::complex::{Complex, PlaneId};
 use super::primitives::footprint_edges;
 use super::primitives::height_jumps::{self, JumpOptions};
 use super::primitives::roof_map::RoofMap;
 use super::primitives::trace::{self, Trace};
+use super::primitives::undersides::Tops;
 use super::primitives::{self, Extent, Primitive, PrimitiveKind};
 use super::{Failure, Parameters};
 use crate::building::Reason;
@@ -21,6 +23,8 @@ const SIDE_MARGIN: f64 = 1.0;
 const TOP_MARGIN: f64 = 0.4;
 /// Traces reach so far beyond their ends, metres, to meet the planes that they end at.
 const TRACE_MARGIN: f64 = 0.05;
+/// An underside with a point lower than this above the ground is the floor, metres.
+const GROUND_FLOOR: f64 = 0.5;
 /// Height jumps reach further: their ends are known to a pixel only.
 const JUMP_MARGIN: f64 = 0.4;
 /// A height jump this close to the line of a footprint edge or of another jump is on it, metres.
@@ -29,8 +33,12 @@ const SAME_LINE: f64 = 0.35;
 /// All planes that cut the box, and the evidence about the roof.
 #[derive(Debug)]
 pub struct Hypotheses {
-    /// Detected roofs first, in the order of detection, then walls.
+    /// Detected roofs first, in the order of detection, then undersides, then walls.
     pub primitives: Vec<Primitive>,
+    /// How many of the primitives are roofs.
+    pub roofs: usize,
+    /// How many of the primitives are undersides.
+    pub undersides: usize,
     /// How many primitives were detected.
     pub detected: usize,
     /// Which roof primitive is on top where.
@@ -51,6 +59,7 @@ impl Hypotheses {
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let detected = roofs.len() + walls.len();
+        let (undersides, covered) = take_covered(&site.points, &mut roofs, &walls, site.ground.height);
         if roofs.is_empty() {
             roofs.push(flat_roof(&site.points)?);
         }
@@ -61,13 +70,22 @@ impl Hypotheses {
         for (label, roof) in (0u32..).zip(&mut roofs) {
             reach(roof, label, &map);
         }
-        let mut hypotheses = Self { primitives: roofs, detected, map, footprint, bounds };
-        hypotheses.add_walls(site, &walls, parameters);
+        let mut hypotheses = Self {
+            roofs: roofs.len(),
+            undersides: undersides.len(),
+            primitives: roofs,
+            detected,
+            map,
+            footprint,
+            bounds,
+        };
+        hypotheses.primitives.extend(undersides);
+        hypotheses.add_walls(site, &walls, &covered, parameters);
         Ok(hypotheses)
     }
 
     /// Walls from the footprint, from height jumps and, without a footprint, from the points.
-    fn add_walls(&mut self, site: &Site, walls: &[Primitive], parameters: &Parameters) {
+    fn add_walls(&mut self, site: &Site, walls: &[Primitive], covered: &[bool], parameters: &Parameters) {
         let tolerance = parameters.footprint_tolerance;
         let edges = self.footprint.as_ref().map_or_else(Vec::new, footprint_edges::traces);
         let options = JumpOptions {
@@ -78,7 +96,7 @@ impl Hypotheses {
         let seen: Vec<Trace> = walls.iter().filter_map(|wall| wall_trace(wall, &site.points)).collect();
         let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { &edges });
         if main.is_empty() {
-            main = roof_directions(&self.primitives);
+            main = roof_directions(&self.primitives[..self.roofs]);
         }
         let mut jumps = height_jumps::traces(&self.map, &self.primitives, &main, &options);
         if edges.is_empty() {
@@ -93,6 +111,17 @@ impl Hypotheses {
             let margin = if i < outline { TRACE_MARGIN } else { JUMP_MARGIN };
             self.primitives.push(trace.primitive(heights, margin));
         }
+        // Walls that stand back under a roof are in no outline and no height jump.
+        let set_back = walls.iter().zip(covered).filter(|(_, covered)| **covered);
+        for (wall, trace) in set_back.filter_map(|(wall, _)| Some((wall, wall_trace(wall, &site.points)?))) {
+            if traces.iter().all(|known| known.deviation(&trace) > SAME_LINE) {
+                let seen = wall.inliers.iter().filter_map(|&i| site.points.get(i as usize));
+                let [low, high] =
+                    seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.z), high.max(p.z)]);
+                self.primitives.push(trace.primitive([low - JUMP_MARGIN, high + JUMP_MARGIN], JUMP_MARGIN));
+                traces.push(trace);
+            }
+        }
     }
 
     /// Whether a point of the plan is in the footprint; everywhere without one.
@@ -100,10 +129,45 @@ impl Hypotheses {
         self.footprint.as_ref().is_none_or(|footprint| footprint.contains(&geo::Point::new(p.x, p.y)))
     }
 
+    /// The planes that the undersides became in a complex, each with the box in which it was seen.
+    pub fn undersides<'a>(&'a self, complex: &'a Complex) -> impl Iterator<Item = (PlaneId, Aabb)> + 'a {
+        let primitives = self.primitives.iter().zip(&complex.primitive_planes).skip(self.roofs).take(self.undersides);
+        primitives.filter_map(|(primitive, plane)| match &primitive.extent {
+            Extent::Patch(corners) => Some((plane.plane, Aabb::of(corners)?)),
+            Extent::Everywhere => None,
+        })
+    }
+
     /// The points on roof primitives.
     pub fn roof_points<'a>(&'a self, site: &'a Site) -> impl Iterator<Item = &'a Point3<f64>> {
-        self.primitives.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize))
+        self.primitives.iter().take(self.roofs).flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize))
     }
+}
+
+/// Takes the undersides out of the roofs, and says which of the walls stand under a roof. What lies at the height of the
+/// ground is neither: the box has its own bottom.
+fn take_covered(
+    points: &[Point3<f64>],
+    roofs: &mut Vec<Primitive>,
+    walls: &[Primitive],
+    ground: f64,
+) -> (Vec<Primitive>, Vec<bool>) {
+    let inliers: usize = roofs.iter().map(|roof| roof.inliers.len()).sum();
+    let on_roofs = roofs.iter().flat_map(|roof| &roof.inliers).filter_map(|&i| points.get(i as usize));
+    let area = Aabb::of(on_roofs).map_or(0.0, |bounds| bounds.extent()[0] * bounds.extent()[1]);
+    let tops = Tops::new(points, roofs, 1.5 * (area / inliers.max(1) as f64).sqrt());
+    let mut undersides = Vec::new();
+    let mut label = 0;
+    roofs.retain(|roof| {
+        let covered = tops.cover(points, roof, label);
+        label += 1;
+        if covered {
+            let low = roof.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR);
+            undersides.extend((!low).then(|| roof.clone()));
+        }
+        !covered
+    });
+    (undersides, walls.iter().map(|wall| tops.cover(points, wall, usize::MAX)).collect())
 }
 
 /// For want of planes: one horizontal roof at the median height of all points.

@@ -6,6 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
+mod confidence;
 mod decision;
 mod hypotheses;
 pub mod labelling;
@@ -29,10 +30,12 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
+use crate::geometry::Aabb;
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
 use complex::OUTSIDE;
+use confidence::Confidence;
 use decision::Decision;
 use labelling::Evidence;
 use occupancy::Occupancy;
@@ -182,9 +185,11 @@ fn lod22(
     let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
+    let confidence = Confidence::new(&partitioned, &areas, &occupancy, &extraction.inside);
+    measures.confidence = confidence.building;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
-        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref());
+        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
         let faults = validate::check(&shell.solid, &validate::Tolerances::default());
         if let Some(first) = faults.first() {
             let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
@@ -217,8 +222,9 @@ pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, para
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
-/// plane, and walls on the footprint's outline.
+/// plane, undersides where they were seen, and walls on the footprint's outline.
 fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
+    let undersides: Vec<(complex::PlaneId, Aabb)> = hypotheses.undersides(complex).collect();
     let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
     (0u32..)
         .zip(&complex.facets)
@@ -230,6 +236,10 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
             let corners = complex.facet_positions(id);
             let count = corners.len().max(1) as f64;
             let centre = corners.fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords) / count;
+            let within = |seen: &Aabb| (0..2).all(|i| seen.min[i] <= centre[i] && centre[i] <= seen.max[i]);
+            if undersides.iter().any(|(plane, seen)| *plane == facet.plane && within(seen)) {
+                return 1.0;
+            }
             let seen = hypotheses.map.pixel_at(&centre.xy().into()).map(|[c, r]| hypotheses.map.label(c, r));
             let plane = seen.and_then(|label| complex.primitive_planes.get(label as usize)).map(|p| p.plane);
             if plane == Some(facet.plane) { 1.0 } else { 0.0 }

@@ -4,6 +4,7 @@ use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Vector3};
 
 use super::complex::PlaneId;
+use super::confidence::Confidence;
 use crate::solid::{Face, Solid, Surface, SurfaceType};
 
 /// The plane of the ground: the bottom of the box, third pair of the six faces that come first in a complex.
@@ -15,13 +16,21 @@ const BEYOND_WALL: f64 = 0.05;
 
 /// Gives every face of a solid its semantic surface, one per plane and type. `planes` are the planes that the faces
 /// refer to so far, `footprint` the outline that the walls were made from (none without a footprint: all walls are
-/// outer walls then).
-pub fn assign(solid: &mut Solid, planes: &[(PlaneId, bool)], footprint: Option<&MultiPolygon<f64>>) {
+/// outer walls then). Roofs are told how sure the field is of them.
+pub fn assign(
+    solid: &mut Solid,
+    planes: &[(PlaneId, bool)],
+    footprint: Option<&MultiPolygon<f64>>,
+    confidence: &Confidence,
+) {
     let mut surfaces: Vec<((PlaneId, bool), Surface)> = Vec::new();
     let mut of_face = Vec::with_capacity(solid.faces.len());
     for face in &solid.faces {
         let key = planes.get(face.surface as usize).copied().unwrap_or((PlaneId::MAX, true));
-        let surface = describe(solid, face, key.0, footprint);
+        let mut surface = describe(solid, face, key.0, footprint);
+        if surface.kind == SurfaceType::Roof {
+            surface.confidence = confidence.of_plane(key);
+        }
         let same = surfaces
             .iter()
             .position(|(k, s)| *k == key && s.kind == surface.kind && s.on_footprint_edge == surface.on_footprint_edge);

@@ -32,6 +32,7 @@ use crate::site::Site;
 
 use journal::Journal;
 
+pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
 

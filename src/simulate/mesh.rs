@@ -30,10 +30,8 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh of a solid.
     pub fn of(solid: &Solid) -> Self {
-        let mut mesh = Self {
-            vertices: (0..solid.vertices.len() as u32).map(|v| solid.point(v)).collect(),
-            ..Self::default()
-        };
+        let mut mesh =
+            Self { vertices: (0..solid.vertices.len() as u32).map(|v| solid.point(v)).collect(), ..Self::default() };
         // Triangles come back with coordinates, and no two vertices of a solid have the same.
         let bits = |p: &Point3<f64>| p.coords.data.0[0].map(f64::to_bits);
         let indices: BTreeMap<[u64; 3], u32> = mesh.vertices.iter().map(bits).zip(0..).collect();
@@ -154,10 +152,12 @@ pub(super) mod tests {
     fn a_mesh_keeps_the_volume_and_is_closed() {
         let mesh = Mesh::of(&house());
         // 10 · 6 · 5 and a prism of 10 · 6 · 3 / 2.
-        let volume =
-            |mesh: &Mesh| mesh.all_corners().map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0).sum::<f64>();
+        let volume = |mesh: &Mesh| {
+            mesh.all_corners().map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0).sum::<f64>()
+        };
         assert!((volume(&mesh) - 390.0).abs() < 1e-9);
-        let mirrored = mesh.mapped(&Matrix3::from_diagonal(&Vector3::new(-2.0, 1.0, 0.5)), &Vector3::new(1.0, 2.0, 3.0));
+        let mirrored =
+            mesh.mapped(&Matrix3::from_diagonal(&Vector3::new(-2.0, 1.0, 0.5)), &Vector3::new(1.0, 2.0, 3.0));
         assert!((volume(&mirrored) - 390.0).abs() < 1e-9);
         let mut edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
         edges.sort_unstable();

@@ -13,12 +13,17 @@ mod model;
 mod options;
 mod random;
 mod scan;
+pub mod shards;
+mod source;
 mod span;
+mod split;
 mod truth;
 
 pub use mesh::Mesh;
 pub use model::{Model, Placed};
 pub use options::{ScanOptions, Setup, SetupChoice};
 pub use scan::{Scan, scan};
+pub use source::{GENERATED_PER_TILE, Source, generate, read};
 pub use span::Span;
+pub use split::Split;
 pub use truth::Truth;

@@ -6,7 +6,7 @@ use geo::{MapCoords, MultiPolygon};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::mesh::Mesh;
-use super::random::{Draw, Random};
+use super::random::Random;
 use crate::site::Frame;
 use crate::solid::Solid;
 
@@ -104,7 +104,8 @@ pub(super) mod tests {
 
     /// The house of the tests of [`Mesh`], 3 km from the origin of its frame.
     pub fn model() -> Model {
-        let solid = Solid { vertices: house().vertices.iter().map(|[x, y, z]| [x + 30_000, *y, z + 70]).collect(), ..house() };
+        let solid =
+            Solid { vertices: house().vertices.iter().map(|[x, y, z]| [x + 30_000, *y, z + 70]).collect(), ..house() };
         let mesh = Arc::new(Mesh::of(&solid));
         Model {
             id: "house".into(),

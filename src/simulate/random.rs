@@ -4,28 +4,25 @@ use nalgebra::{Point3, Vector3};
 
 pub(super) use crate::geometry::Random;
 
-/// What a simulation draws.
+/// What a simulation draws beside.
 pub(super) trait Draw {
-    /// A number from 0 up to but not including 1.
-    fn uniform(&mut self) -> f64;
-
-    /// A number between two others.
-    fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.uniform()
-    }
-
-    /// True with this probability.
-    fn chance(&mut self, probability: f64) -> bool {
-        self.uniform() < probability
-    }
-
-    /// A number of the normal distribution with mean 0 and standard deviation 1 (Box and Muller).
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
+    /// A number of the normal distribution with mean 0 and standard deviation 1.
+    fn normal(&mut self) -> f64;
 
     /// A direction, all equally likely.
+    fn direction(&mut self) -> Vector3<f64>;
+
+    /// A point of a triangle, all equally likely.
+    fn in_triangle(&mut self, triangle: &[Point3<f64>; 3]) -> Point3<f64>;
+}
+
+impl Draw for Random {
+    fn normal(&mut self) -> f64 {
+        // Box and Muller.
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.unit()).cos()
+    }
+
     fn direction(&mut self) -> Vector3<f64> {
         let z = self.between(-1.0, 1.0);
         let angle = self.between(0.0, std::f64::consts::TAU);
@@ -33,19 +30,12 @@ pub(super) trait Draw {
         Vector3::new(across * angle.cos(), across * angle.sin(), z)
     }
 
-    /// A point of a triangle, all equally likely.
     fn in_triangle(&mut self, [a, b, c]: &[Point3<f64>; 3]) -> Point3<f64> {
-        let (mut u, mut v) = (self.uniform(), self.uniform());
+        let (mut u, mut v) = (self.unit(), self.unit());
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
         a + (b - a) * u + (c - a) * v
-    }
-}
-
-impl Draw for Random {
-    fn uniform(&mut self) -> f64 {
-        self.unit()
     }
 }
 

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use super::random::{Draw, Random};
+use super::random::Random;
 
 /// A fixed value such as `0.5`, or a span such as `0..2` from which every scan draws its own. It is text in JSON and on
 /// the command line.

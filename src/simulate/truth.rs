@@ -111,7 +111,8 @@ mod tests {
     fn winding_number(mesh: &Mesh, p: &Point3<f64>) -> f64 {
         let angle = |corners: [Point3<f64>; 3]| {
             let [a, b, c] = corners.map(|q| q - p);
-            let below = a.norm() * b.norm() * c.norm() + a.dot(&b) * c.norm() + b.dot(&c) * a.norm() + c.dot(&a) * b.norm();
+            let below =
+                a.norm() * b.norm() * c.norm() + a.dot(&b) * c.norm() + b.dot(&c) * a.norm() + c.dot(&a) * b.norm();
             2.0 * a.dot(&b.cross(&c)).atan2(below)
         };
         mesh.all_corners().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
@@ -147,8 +148,7 @@ mod tests {
     fn the_sign_agrees_with_the_winding_number() {
         let mut random = Random::new(5);
         let tilt = Matrix3::new(1.0, 0.3, 0.1, -0.2, 0.9, 0.0, 0.1, -0.3, 1.2);
-        let shapes =
-            [Mesh::of(&house()), Mesh::of(&house()).mapped(&tilt, &Vector3::new(0.1, 0.2, 0.3)), arcade()];
+        let shapes = [Mesh::of(&house()), Mesh::of(&house()).mapped(&tilt, &Vector3::new(0.1, 0.2, 0.3)), arcade()];
         for mesh in shapes {
             let truth = Truth::new(&mesh).unwrap();
             let Aabb { min, max } = *truth.aabb();

@@ -112,6 +112,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
         "root mean square of the distances of the points to the nearest face at LoD 2.2",
         |s| number(s.building.measures.rmse_lod22, 3),
     ),
+    row("gable_confidence", "", "how sure the field is of the model's surface at LoD 2.2, 0 to 1", |s| {
+        number(s.building.measures.confidence, 3)
+    }),
+    row("gable_field_fallback", "", "why the height-field vote decided, not the field that was asked for", |s| {
+        s.building.measures.field_fallback.clone().map(Value::from)
+    }),
     row("gable_volume_lod12", "m³", "volume at LoD 1.2", |s| number(s.building.measures.volume_lod12, 3)),
     row("gable_volume_lod22", "m³", "volume at LoD 2.2", |s| number(s.building.measures.volume_lod22, 3)),
     row("gable_validity_lod12", "", "val3dity codes of the faults at LoD 1.2; empty when valid", |s| {

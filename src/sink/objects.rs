@@ -128,6 +128,8 @@ struct SemanticSurface {
     height_max: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     on_footprint_edge: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    confidence: Option<f64>,
 }
 
 /// The name of a semantic surface in CityJSON.
@@ -190,6 +192,7 @@ impl Encoder<'_> {
             height_min: height(0),
             height_max: height(1),
             on_footprint_edge: surface.on_footprint_edge,
+            confidence: surface.confidence.and_then(|v| rounded(v, 3)),
         }
     }
 }

@@ -32,7 +32,8 @@ impl Complex {
         let [fewest, most] = COUNT;
         let relative = if median_volume > 0.0 { volume / median_volume } else { 1.0 };
         let count = (fewest + fewest * relative).clamp(fewest, most).floor();
-        let mut random = sequence(seed, cell);
+        // Every cell has its own sequence, whatever was drawn for others.
+        let mut random = Random::new(seed ^ (u64::from(cell) + 1).wrapping_mul(0xD1B5_4A32_D192_ED03));
         for index in 0..count as u32 {
             // One sample in each of `count` equal parts of the volume: as uniform, and more even.
             let target = volume * (f64::from(index) + random.unit()) / count;
@@ -43,11 +44,6 @@ impl Complex {
         }
         samples
     }
-}
-
-/// The sequence of a cell: its own, whatever was drawn for others.
-fn sequence(seed: u64, cell: CellId) -> Random {
-    Random::new(seed ^ (u64::from(cell) + 1).wrapping_mul(0xD1B5_4A32_D192_ED03))
 }
 
 /// Three barycentric coordinates, uniformly distributed in a tetrahedron (the fourth is what they lack to 1): the gaps

@@ -29,6 +29,7 @@ mod synthetic;
 #[cfg(test)]
 mod tests;
 pub mod trace;
+pub mod undersides;
 
 use nalgebra::Point3;
 

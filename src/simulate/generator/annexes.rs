@@ -12,6 +12,8 @@ use crate::geometry::Random;
 const TRIES: u32 = 6;
 /// How far a block reaches into the host where their walls meet, metres.
 const GRIP: f64 = 1.0;
+/// How far the ridge of a wing stays below that of the host, metres: where they met, so would too many planes.
+const BELOW_RIDGE: f64 = 0.2;
 
 #[derive(Debug, Clone, Copy)]
 enum Kind {
@@ -86,8 +88,8 @@ fn wing(random: &mut Random, draft: &mut Draft, host: &Host) -> bool {
     let lower = if random.chance(0.55) { 0.0 } else { random.between(0.4, 2.5) };
     let eave = tenth((host.eave() - lower).max(2.2)).min(host.eave());
     let rectangle = host.rectangle.beside(side, along, inward, outward);
-    // Not higher than the host, whose ridge it runs into.
-    let steepest = (top - eave) / (width / 2.0);
+    // Lower than the host, under whose ridge it ends.
+    let steepest = (top - BELOW_RIDGE - eave) / (width / 2.0);
     let tangent = host.block.roof.tangents[0].max(host.block.roof.tangents[1]).min(tangent(random, 25.0, 50.0));
     let tangent = tangent.min(steepest);
     let roof = if flat || tangent < 0.09 {

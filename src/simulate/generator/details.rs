@@ -96,11 +96,11 @@ fn dormer(
         .map(|inward| (inward, lower(inward)))
         .fold((setback, f64::NEG_INFINITY), |best, next| if next.1 > best.1 + 1e-9 { next } else { best });
     let foot = along.map(|place| host.body.top_at(edge.at(place, setback)));
-    let eave = foot[0].max(foot[1]) + face;
+    let height = foot[0].max(foot[1]) + face;
     let top = match kind {
-        RoofKind::Shed => eave + tangent * (back - setback),
-        RoofKind::Gable => eave + tangent * width / 2.0,
-        _ => eave,
+        RoofKind::Shed => height + tangent * (back - setback),
+        RoofKind::Gable => height + tangent * width / 2.0,
+        _ => height,
     };
     if top > crest - BELOW_CREST || back < setback + 0.5 {
         return None;
@@ -109,11 +109,13 @@ fn dormer(
     let [a, b, c, d] = [corner(0, setback), corner(1, setback), corner(1, back), corner(0, back)];
     let walls = [(a, b), (b, c), (c, d), (d, a)].map(|(from, to)| wall(from, to, 0.0));
     let roof = match kind {
-        RoofKind::Shed => vec![slope(a, b, eave, tangent)],
-        RoofKind::Gable => vec![slope(b, c, eave, tangent), slope(d, a, eave, tangent)],
-        _ => vec![below(eave)],
+        RoofKind::Shed => vec![slope(a, b, height, tangent)],
+        RoofKind::Gable => vec![slope(b, c, height, tangent), slope(d, a, height, tangent)],
+        _ => vec![below(height)],
     };
-    let floor = host.block.roof.eaves[usize::from(edge.side == Side::Back)].min(foot[0]).min(foot[1]);
+    // Not at the eave itself, where four planes would all but meet.
+    let eave = host.block.roof.eaves[usize::from(edge.side == Side::Back)];
+    let floor = eave.min(foot[0]).min(foot[1]) - 0.3;
     Some(Convex::new(walls).and(roof).and([above(floor)]))
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Unit, Vector2, Vector3};
 
 use super::super::options::ScanOptions;
-use super::super::random::{Draw, Random};
+use super::super::random::Random;
 use super::scene::{Return, Scene};
 use crate::geometry::Aabb;
 

@@ -88,8 +88,7 @@ pub fn scan(placed: &Placed, options: &ScanOptions, surroundings: f64, seed: u64
         let density = density.min(f64::from(options.most_points) / area);
         airborne::fly(&scene, placed.ground, options, density, surroundings, &mut random)
     } else {
-        let surface: f64 =
-            placed.mesh.all_corners().map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0).sum();
+        let surface: f64 = placed.mesh.all_corners().map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0).sum();
         let wanted = (density * surface).clamp(16.0, f64::from(options.most_points)) as usize;
         sphere::scan(&scene, setup == Setup::NoBottom, wanted, &mut random)
     };

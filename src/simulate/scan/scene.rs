@@ -8,7 +8,7 @@ use parry3d_f64::shape::{CompositeShapeRef, TriMesh};
 
 use super::super::mesh::Mesh;
 use super::super::model::Placed;
-use super::super::random::{Draw, Random};
+use super::super::random::Random;
 use super::super::span::Span;
 use crate::geometry::Aabb;
 
@@ -85,7 +85,8 @@ impl Scene {
         strip: u32,
         random: &mut Random,
     ) -> Option<Return> {
-        let ray = Ray::new(Vector::new(origin.x, origin.y, origin.z), Vector::new(direction.x, direction.y, direction.z));
+        let ray =
+            Ray::new(Vector::new(origin.x, origin.y, origin.z), Vector::new(direction.x, direction.y, direction.z));
         let mut nearest = CompositeShapeRef(&self.mesh).cast_local_ray(&ray, FAR, false).map(|(triangle, t)| {
             let face = self.faces.get(triangle as usize);
             (t, face.map_or(Target::Neighbour, |&face| Target::Building(face)))

@@ -1,0 +1,57 @@
+//! How sure the field is of the surface: what users filter on.
+
+use std::collections::BTreeMap;
+
+use super::Partitioned;
+use super::complex::{OUTSIDE, PlaneId};
+
+/// How sure the field is of the boundary between the inside and the outside.
+///
+/// A facet of the boundary is as sure as the less sure of its two cells: the occupancy of the one inside, what the
+/// occupancy of the one outside lacks to 1. Facets count by their area. A cell whose label needed no field is sure.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Confidence {
+    /// Of the whole boundary above the ground, 0 to 1; `None` where there is none.
+    pub building: Option<f64>,
+    /// Of each plane, with whether the outside is on its positive side: sums of area times confidence, and of area.
+    planes: BTreeMap<(PlaneId, bool), [f64; 2]>,
+}
+
+impl Confidence {
+    /// Weighs the boundary of the cells `inside`; `areas` are those of the facets, square metres.
+    pub fn new(building: &Partitioned, areas: &[f64], occupancy: &[f64], inside: &[bool]) -> Self {
+        let mut planes: BTreeMap<(PlaneId, bool), [f64; 2]> = BTreeMap::new();
+        let mut whole = [0.0; 2];
+        let is_inside = |cell: u32| cell != OUTSIDE && inside.get(cell as usize).copied().unwrap_or(false);
+        let sureness = |cell: u32| {
+            let known = building.fixed.get(cell as usize).copied().flatten().is_some();
+            let occupancy = occupancy.get(cell as usize).copied().unwrap_or(0.0).clamp(0.0, 1.0);
+            match (cell, known) {
+                (OUTSIDE, _) | (_, true) => 1.0,
+                _ if is_inside(cell) => occupancy,
+                _ => 1.0 - occupancy,
+            }
+        };
+        for (facet, &area) in building.complex.facets.iter().zip(areas) {
+            let [below, above] = facet.cells;
+            if is_inside(below) == is_inside(above) || facet.cells.contains(&OUTSIDE) {
+                continue;
+            }
+            let confidence = sureness(below).min(sureness(above));
+            for sums in [&mut whole, planes.entry((facet.plane, is_inside(below))).or_default()] {
+                sums[0] += area * confidence;
+                sums[1] += area;
+            }
+        }
+        Self { building: mean(whole), planes }
+    }
+
+    /// Of the faces on a plane, given with whether the outside is on its positive side; `None` where there are none.
+    pub fn of_plane(&self, plane: (PlaneId, bool)) -> Option<f64> {
+        self.planes.get(&plane).copied().and_then(mean)
+    }
+}
+
+fn mean([sum, area]: [f64; 2]) -> Option<f64> {
+    (area > 0.0).then(|| sum / area)
+}
