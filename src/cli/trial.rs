@@ -1,5 +1,6 @@
 //! `gable evaluate --field …`: what fields are worth on virtual scans.
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -12,13 +13,14 @@ use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::Outcome;
-use super::output::{counted, duration, print, say, write_json};
+use super::output::{duration, print, say, write_json};
 use super::reconstruct::threads;
 use crate::error::{Error, InputError, Result};
 use crate::network::{Field, FieldOptions, NetworkFile};
 use crate::reconstruct::Parameters;
 use crate::reconstruct::occupancy::network::Interface;
-use crate::trial::{Column, ColumnFindings, Contender, Figures, LeftOut, Step, Trial, Truths, generated};
+use crate::simulate::{self, Source};
+use crate::trial::{Column, ColumnFindings, Contender, Figures, Step, Trial, choose, overhanging};
 
 /// What `gable evaluate --field` takes beside models.
 #[derive(Debug, clap::Args)]
@@ -116,10 +118,20 @@ struct Report<'a> {
     seed: u64,
     network: Option<String>,
     parameters: &'a Parameters,
-    models: Vec<&'a str>,
-    overhanging: Vec<&'a str>,
-    left_out: &'a [LeftOut],
+    sources: &'a [SourceReport],
     columns: &'a [ColumnFindings],
+}
+
+/// Where the buildings come from.
+#[derive(Debug, Serialize)]
+struct SourceReport {
+    name: String,
+    /// Its closed and valid models.
+    closed: usize,
+    /// Those of them that were scanned.
+    used: usize,
+    /// How many solids were left out, for each reason.
+    left_out: BTreeMap<String, usize>,
 }
 
 /// Runs the trial.
@@ -134,23 +146,26 @@ pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcom
         .num_threads(jobs)
         .build()
         .map_err(|e| Error::io(format!("{jobs} threads"), "start", std::io::Error::other(e)))?;
-    let mut left_out = Vec::new();
+    let limit = args.limit.map_or(usize::MAX, NonZeroUsize::get);
     let mut truths = Vec::new();
+    let mut reports = Vec::new();
+    let mut take = |source: Source, limit: usize| {
+        let Source { name, mut models, left_out, .. } = source;
+        let closed = models.len();
+        choose(&mut models, limit, args.seed);
+        let unfit: usize = left_out.values().sum();
+        say(&format!("{name}: {} of {closed} models, {unfit} left out", models.len()));
+        reports.push(SourceReport { name, closed, used: models.len(), left_out });
+        truths.extend(models);
+    };
     for path in models {
-        let mut found = pool.install(|| Truths::read(path))?;
-        say(&format!(
-            "{}: {}, {} left out",
-            path.display(),
-            counted(found.models.len() as u64, "closed model"),
-            found.left_out.len()
-        ));
-        found.limit(args.limit.map_or(usize::MAX, NonZeroUsize::get), args.seed);
-        truths.extend(found.models);
-        left_out.extend(found.left_out);
+        take(pool.install(|| simulate::read(path, None))?, limit);
     }
-    let draw = |overhanging| pool.install(|| generated(args.generate, overhanging, args.seed));
-    truths.extend(draw(false));
-    let overhanging = if columns.iter().any(|c| c.needs_overhangs()) { draw(true) } else { Vec::new() };
+    if args.generate > 0 {
+        take(pool.install(|| simulate::generate(args.generate, args.seed)), usize::MAX);
+    }
+    let needs_overhangs = columns.iter().any(|c| c.needs_overhangs());
+    let overhanging = pool.install(|| overhanging(if needs_overhangs { args.generate } else { 0 }, args.seed));
     if truths.is_empty() && overhanging.is_empty() {
         return Err(InputError::new("MODEL", "no closed and valid LoD 2 building", "at least one")
             .remedy("Name files with LoD 2 solids, or --generate buildings")
@@ -168,16 +183,12 @@ pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcom
     let found = pool.install(|| trial.run(&|step| progress.step(step)));
     drop(progress);
     if let Some(path) = json {
-        let ids = |models: &'_ [crate::simulate::Model]| -> Vec<String> { models.iter().map(|m| m.id.clone()).collect() };
-        let (models, overhanging) = (ids(&trial.models), ids(&trial.overhanging));
         let report = Report {
             gable: env!("CARGO_PKG_VERSION"),
             seed: args.seed,
             network: args.model.as_ref().map(|path| path.display().to_string()),
             parameters: &trial.parameters,
-            models: models.iter().map(String::as_str).collect(),
-            overhanging: overhanging.iter().map(String::as_str).collect(),
-            left_out: &left_out,
+            sources: &reports,
             columns: &found,
         };
         write_json(path, &report)?;

@@ -9,8 +9,8 @@ use super::complex::{OUTSIDE, PlaneId};
 ///
 /// A facet of the boundary is as sure as the less sure of its two cells: the occupancy of the one inside, what the
 /// occupancy of the one outside lacks to 1. Facets count by their area. A cell whose label needed no field is sure.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Confidence {
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Confidence {
     /// Of the whole boundary above the ground, 0 to 1; `None` where there is none.
     pub building: Option<f64>,
     /// Of each plane, with whether the outside is on its positive side: sums of area times confidence, and of area.

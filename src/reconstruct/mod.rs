@@ -6,7 +6,7 @@
 
 pub mod blocks;
 pub mod complex;
-mod confidence;
+pub(crate) mod confidence;
 mod decision;
 mod hypotheses;
 pub mod labelling;
@@ -185,7 +185,7 @@ fn lod22(
     let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
-    let confidence = Confidence::new(&partitioned, &areas, &occupancy, &extraction.inside);
+    let confidence = Confidence::new(&partitioned, &complex.facet_areas(), &occupancy, &extraction.inside);
     measures.confidence = confidence.building;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
@@ -214,8 +214,7 @@ fn lod22(
 /// says whether nothing may hang over.
 pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, parameters: &Parameters) -> Vec<bool> {
     let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
-    let facets = 0..complex.facets.len() as u32;
-    let areas: Vec<f64> = facets.map(|facet| complex.facet_area(facet)).collect();
+    let areas = complex.facet_areas();
     let support = facet_support(complex, hypotheses, fixed);
     let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
     labelling::label(complex, &evidence, &parameters.labelling)

@@ -33,7 +33,7 @@ pub use figures::Figures;
 pub use fraction::inside_fraction;
 pub use oracle::Oracle;
 pub use subject::Subject;
-pub use truths::{LeftOut, Truths, generated};
+pub use truths::{choose, overhanging};
 pub use watched::{Findings, SurfaceFindings, observe};
 
 use crate::geometry::Random;

@@ -6,6 +6,7 @@ use super::convex::Convex;
 use super::error::Flaw;
 use crate::geometry::{Aabb, Plane};
 use crate::reconstruct::complex::{Complex, IntegerPlane};
+use crate::reconstruct::confidence::Confidence;
 use crate::reconstruct::primitives::{Extent, Primitive, PrimitiveKind};
 use crate::reconstruct::semantics;
 use crate::reconstruct::surface::{Labelled, SurfaceParameters, extract};
@@ -66,7 +67,7 @@ impl Expression {
         if pieces > 0 {
             return Err(Flaw::Pieces(pieces + 1));
         }
-        semantics::assign(&mut shell.solid, &shell.planes, Some(footprint));
+        semantics::assign(&mut shell.solid, &shell.planes, Some(footprint), &Confidence::default());
         let solid = shell.solid;
         let known = |face: &Face| Label::Known(solid.kind(face));
         let fault = first_fault(&solid, &Tolerances::default())
