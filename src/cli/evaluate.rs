@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Outcome, trial};
 use super::output::{print, say, table, thousands, write_json};
+use super::{Outcome, trial};
 use crate::error::{InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,

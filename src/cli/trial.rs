@@ -171,14 +171,8 @@ pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcom
             .remedy("Name files with LoD 2 solids, or --generate buildings")
             .into());
     }
-    let trial = Trial {
-        contenders,
-        columns,
-        models: truths,
-        overhanging,
-        parameters: Parameters::default(),
-        seed: args.seed,
-    };
+    let trial =
+        Trial { contenders, columns, models: truths, overhanging, parameters: Parameters::default(), seed: args.seed };
     let progress = Progress::new(&trial);
     let found = pool.install(|| trial.run(&|step| progress.step(step)));
     drop(progress);
@@ -203,9 +197,11 @@ fn columns(args: &TrialArgs) -> Result<Vec<Column>> {
     }
     match args.columns.iter().find(|column| column.needs_overhangs() && args.generate == 0) {
         None => Ok(args.columns.clone()),
-        Some(column) => Err(InputError::new("--columns", column.name(), "a condition that models can be scanned under")
-            .remedy("Generate buildings with overhangs by --generate")
-            .into()),
+        Some(column) => {
+            Err(InputError::new("--columns", column.name(), "a condition that models can be scanned under")
+                .remedy("Generate buildings with overhangs by --generate")
+                .into())
+        }
     }
 }
 
@@ -268,26 +264,22 @@ fn percent(share: f64) -> String {
     format!("{:.2}", 100.0 * share)
 }
 
-/// A Markdown table per figure: fields by conditions.
+/// A Markdown table per figure, fields by conditions, and what was not seen.
 fn text(columns: &[ColumnFindings]) -> String {
-    let mut out = String::new();
-    for (title, figure, write) in FIGURES {
+    let tables = FIGURES.map(|(title, figure, write)| {
         let mut rows = vec![vec![title.to_owned()]];
-        let names = columns.first().into_iter().flat_map(|c| c.fields.iter().map(|f| vec![f.field.clone()]));
-        rows.extend(names);
+        rows.extend(columns.first().into_iter().flat_map(|c| c.fields.iter().map(|f| vec![f.field.clone()])));
         for column in columns {
             let values = column.fields.iter().map(|f| figure(&f.figures).map_or_else(|| "–".to_owned(), write));
             for (row, cell) in rows.iter_mut().zip(std::iter::once(column.column.name().to_owned()).chain(values)) {
                 row.push(cell);
             }
         }
-        out += &markdown(&rows);
-        out.push('\n');
-    }
-    for column in columns.iter().filter(|column| !column.unseen.is_empty()) {
-        out += &format!("{}: nothing was seen of {}\n", column.column.name(), column.unseen.join(", "));
-    }
-    out
+        markdown(&rows)
+    });
+    let unseen = columns.iter().filter(|column| !column.unseen.is_empty());
+    let unseen = unseen.map(|c| format!("{}: nothing was seen of {}\n", c.column.name(), c.unseen.join(", ")));
+    tables.join("\n") + &unseen.collect::<String>()
 }
 
 /// A Markdown table, also readable as it is: the first column to the left, the others to the right.
@@ -295,20 +287,17 @@ fn markdown(rows: &[Vec<String>]) -> String {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |i: usize| rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..count).map(|i| width(i).max(2)).collect();
-    let mut out = String::new();
-    for (number, row) in rows.iter().enumerate() {
-        for (i, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-            out += &if i == 0 { format!("| {cell:<width$} |") } else { format!(" {cell:>width$} |") };
-        }
-        out.push('\n');
-        if number == 0 {
-            for (i, &width) in widths.iter().enumerate() {
-                out += &if i == 0 { format!("| {} |", "-".repeat(width)) } else { format!(" {}: |", "-".repeat(width - 1)) };
-            }
-            out.push('\n');
-        }
-    }
-    out
+    let cell = |(i, (text, &width)): (usize, (&String, &usize))| match i {
+        0 => format!("| {text:<width$} |"),
+        _ => format!(" {text:>width$} |"),
+    };
+    let rule = |(i, &width): (usize, &usize)| match i {
+        0 => format!("| {} |", "-".repeat(width)),
+        _ => format!(" {}: |", "-".repeat(width - 1)),
+    };
+    let mut lines: Vec<String> = rows.iter().map(|row| row.iter().zip(&widths).enumerate().map(cell).collect()).collect();
+    lines.insert(lines.len().min(1), widths.iter().enumerate().map(rule).collect());
+    lines.join("\n") + "\n"
 }
 
 /// How far the trial is: a bar on a terminal, and a line with the cost of every column.
@@ -340,7 +329,8 @@ impl Progress {
                 if let Some(bar) = bar.take() {
                     bar.finish_and_clear();
                 }
-                let costs = self.names.iter().zip(fields).map(|(name, &seconds)| format!("{name} {}", duration(seconds)));
+                let costs =
+                    self.names.iter().zip(fields).map(|(name, &seconds)| format!("{name} {}", duration(seconds)));
                 say(&format!("{}: scans {}, {}", column.name(), duration(scans), costs.collect::<Vec<_>>().join(", ")));
             }
         }

@@ -31,7 +31,7 @@ impl CellFindings {
     /// Compares the occupancies and the labels of the cut with the true inside fractions, all by cell.
     pub fn new(building: &Partitioned, occupancy: &[f64], labels: &[bool], fractions: &[f64]) -> Self {
         let mut calibration = Calibration::default();
-        let (mut cells, mut right, mut inside) = (0, 0, 0);
+        let (mut cells, mut right, mut inside) = (0, 0_usize, 0_usize);
         let (mut before, mut after) = (Volumes::default(), Volumes::default());
         for cell in building.free().map(|cell| cell as usize) {
             let of = |values: &[f64]| values.get(cell).copied().unwrap_or(0.0);
@@ -46,7 +46,7 @@ impl CellFindings {
         }
         Self {
             cells,
-            accuracy: (cells > 0).then(|| f64::from(right as u32) / cells as f64),
+            accuracy: (cells > 0).then(|| right as f64 / cells as f64),
             iou: before.iou(),
             iou_after_cut: after.iou(),
             all_outside: inside == 0,

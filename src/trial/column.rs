@@ -109,9 +109,7 @@ impl Column {
             Self::Noise0005 => noise(0.005),
             Self::Noise001 => noise(0.01),
             Self::Noise005 => noise(0.05),
-            Self::Everything => {
-                ScanOptions { setup: SetupChoice::Airborne, footprint: 1.0, ..ScanOptions::training() }
-            }
+            Self::Everything => ScanOptions { setup: SetupChoice::Airborne, footprint: 1.0, ..ScanOptions::training() },
         }
     }
 }

@@ -61,7 +61,11 @@ impl Prism {
             Some(Plane::through(&from, out))
         };
         let top = Plane::through(&a, Unit::try_new((b - a).cross(&(c - a)), 0.0)?);
-        Some(Self { sign: turn.signum(), sides: [wall(a, b)?, wall(b, c)?, wall(c, a)?, top], aabb: Aabb::of(&[a, b, c])? })
+        Some(Self {
+            sign: turn.signum(),
+            sides: [wall(a, b)?, wall(b, c)?, wall(c, a)?, top],
+            aabb: Aabb::of(&[a, b, c])?,
+        })
     }
 }
 

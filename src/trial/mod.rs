@@ -32,7 +32,7 @@ pub use column::Column;
 pub use figures::Figures;
 pub use fraction::inside_fraction;
 pub use oracle::Oracle;
-pub use subject::Subject;
+pub use subject::{Places, Subject};
 pub use truths::{choose, overhanging};
 pub use watched::{Findings, SurfaceFindings, observe};
 

@@ -14,4 +14,5 @@ mod info;
 mod neighbourhoods;
 mod reconstruct;
 mod resume;
+mod trial;
 mod validate;
