@@ -24,9 +24,10 @@ fn main() {
 /// The scan of a generated building.
 static SITE: LazyLock<Site> = LazyLock::new(|| {
     let model = generate(1, 3).models.remove(0);
-    scan(&model.placed(), &ScanOptions::clean(), 0.0, 1)
-        .map(|scan| scan.site("bench"))
-        .unwrap_or_else(|| unreachable!())
+    match scan(&model.placed(), &ScanOptions::clean(), 0.0, 1) {
+        Some(scan) => scan.site("bench"),
+        None => unreachable!("a generated building has a surface"),
+    }
 });
 
 /// The same cut into cells.

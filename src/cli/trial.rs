@@ -295,7 +295,8 @@ fn markdown(rows: &[Vec<String>]) -> String {
         0 => format!("| {} |", "-".repeat(width)),
         _ => format!(" {}: |", "-".repeat(width - 1)),
     };
-    let mut lines: Vec<String> = rows.iter().map(|row| row.iter().zip(&widths).enumerate().map(cell).collect()).collect();
+    let mut lines: Vec<String> =
+        rows.iter().map(|row| row.iter().zip(&widths).enumerate().map(cell).collect()).collect();
     lines.insert(lines.len().min(1), widths.iter().enumerate().map(rule).collect());
     lines.join("\n") + "\n"
 }

@@ -6,7 +6,7 @@ use super::calibration::Calibration;
 use super::watched::{Findings, SurfaceFindings};
 
 /// The figures of a field over all buildings of a column. Means and medians are over buildings; a building without a
-/// LoD 2.2 model has a volume IoU of 0 and is infinitely far from the truth, so that giving up never pays.
+/// LoD 2.2 model shares no volume with the truth and is infinitely far from it, so that giving up never pays.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
     /// Buildings.

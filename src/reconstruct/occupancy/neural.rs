@@ -132,7 +132,8 @@ impl Occupancy for Neural {
     }
 
     fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError> {
-        let answers = self.query(&Inputs::new(building), places)?;
+        let inputs = Inputs::new(building);
+        let answers = self.query(&inputs, &self.encode(&inputs)?, places)?;
         Ok(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).collect())
     }
 }
