@@ -155,7 +155,7 @@ fn take_covered(
     let inliers: usize = roofs.iter().map(|roof| roof.inliers.len()).sum();
     let on_roofs = roofs.iter().flat_map(|roof| &roof.inliers).filter_map(|&i| points.get(i as usize));
     let area = Aabb::of(on_roofs).map_or(0.0, |bounds| bounds.extent()[0] * bounds.extent()[1]);
-    let tops = Tops::new(points, roofs, 1.5 * (area / inliers.max(1) as f64).sqrt());
+    let tops = Tops::new(points, roofs, 3.0 * (area / inliers.max(1) as f64).sqrt());
     let mut undersides = Vec::new();
     let mut label = 0;
     roofs.retain(|roof| {
