@@ -18,6 +18,7 @@
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
 //! - [`evaluate`] measures how good a model is.
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
+//! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //!
 //! A lower floor never imports a higher one: `cli → run → {source, segment, sink} → reconstruct → {solid, site} →
@@ -39,6 +40,7 @@ pub mod sink;
 pub mod site;
 pub mod solid;
 pub mod source;
+pub mod trial;
 pub mod validate;
 
 /// Its example is compiled by the documentation tests.

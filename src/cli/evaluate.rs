@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
 use super::output::{print, say, table, thousands, write_json};
+use super::{Outcome, trial};
 use crate::error::{InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
@@ -21,29 +21,32 @@ Examples:
   How well does it fit the points it was made from?
     gable evaluate city.city.json --points tiles/*.laz --json figures.json
   How far is it from another model of the same buildings?
-    gable evaluate city.city.json --reference other.city.jsonl";
+    gable evaluate city.city.json --reference other.city.jsonl
+  What is a field worth, on virtual scans of these models and of 20 generated buildings?
+    gable evaluate --field oracle,height-field,neural lod2/*.city.json --generate 20 --json worth.json";
 
 /// What `gable evaluate` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq file
-    model: PathBuf,
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file; with --field any number of them
+    #[arg(value_name = "MODEL", required_unless_present_any = ["fields", "generate"])]
+    models: Vec<PathBuf>,
 
     /// Tiles whose building points are compared with the model: files, folders or glob patterns
-    #[arg(long, num_args = 1.., value_name = "TILES")]
+    #[arg(long, num_args = 1.., value_name = "TILES", conflicts_with = "fields")]
     points: Vec<String>,
 
     /// City model to compare with; buildings are matched by id
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "fields")]
     reference: Option<PathBuf>,
 
     /// Classes of the building points
-    #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
+    #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…", conflicts_with = "fields")]
     building_class: Vec<u8>,
 
     /// Level of detail that is measured, in the model and in the reference
-    #[arg(long, default_value = "2.2")]
+    #[arg(long, default_value = "2.2", conflicts_with = "fields")]
     lod: String,
 
     /// Level of detail of the reference, where it differs
@@ -53,6 +56,9 @@ pub struct Args {
     /// Write all figures, building by building, to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+
+    #[command(flatten)]
+    trial: trial::TrialArgs,
 }
 
 /// Runs the command; what is wrong with tiles goes to standard error.
@@ -60,8 +66,15 @@ pub struct Args {
 /// # Errors
 /// A file cannot be read or written, or the model, the tiles and the reference are not in one CRS.
 pub fn main(args: &Args) -> Outcome {
-    let model = read_shapes(&args.model, &args.lod, None)?;
-    let points = if args.points.is_empty() { None } else { Some(measure(&model, args)?) };
+    if args.trial.is_given() {
+        return trial::main(&args.models, &args.trial, args.json.as_deref());
+    }
+    let [path] = args.models.as_slice() else {
+        let found = format!("{} models", args.models.len());
+        return Err(InputError::new("MODEL", found, "one; several only with --field").into());
+    };
+    let model = read_shapes(path, &args.lod, None)?;
+    let points = if args.points.is_empty() { None } else { Some(measure(path, &model, args)?) };
     let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
     let evaluation =
         Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
@@ -72,7 +85,7 @@ pub fn main(args: &Args) -> Outcome {
     Ok(0)
 }
 
-fn measure(model: &ModelFile, args: &Args) -> Result<(Agreement, Vec<Agreement>)> {
+fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<(Agreement, Vec<Agreement>)> {
     let tiles = points::expand(&args.points)?;
     let mut meter = PointMeter::new(&model.shapes);
     let filter = TileFilter { classes: &args.building_class, frame: model.frame, crs: model.crs.as_ref() };
@@ -86,7 +99,7 @@ fn measure(model: &ModelFile, args: &Args) -> Result<(Agreement, Vec<Agreement>)
             "warning: no point of class {} lies on a building of {}: is --building-class right, and are model and tiles \
              in the same CRS?",
             classes.join(" or "),
-            args.model.display()
+            path.display()
         ));
     }
     Ok(found)

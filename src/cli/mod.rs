@@ -16,6 +16,7 @@ mod progress;
 mod reconstruct;
 mod simulate;
 mod summary;
+mod trial;
 mod validate;
 
 use std::process::ExitCode;
@@ -65,8 +66,9 @@ enum Command {
     Reconstruct(Box<reconstruct::Args>),
     /// Say what is in tiles and footprint files
     Info(info::Args),
-    /// Measure a city model: its faces and faults, its distance to points and to a reference model
-    Evaluate(evaluate::Args),
+    /// Measure a city model: its faces and faults, its distance to points and to a reference model; or fields, on scans
+    /// of models
+    Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
     /// Scan city models virtually, for training and testing

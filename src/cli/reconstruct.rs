@@ -210,7 +210,7 @@ impl Args {
 const MOST_THREADS: usize = 1024;
 
 /// A number of threads.
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let threads = text.trim().parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS);
     threads.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} is expected"))
 }

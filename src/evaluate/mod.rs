@@ -47,6 +47,6 @@ pub use hausdorff::{NearestFace, SurfaceDistance, surface_distance};
 pub use model::{ModelFile, read_shapes};
 pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
-pub use summary::DistanceSummary;
+pub use summary::{DistanceSummary, median};
 pub use tiles::{TileFilter, stream_points};
 pub use triangulate::triangulate;

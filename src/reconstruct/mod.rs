@@ -177,11 +177,7 @@ fn lod22(
     let Decision { occupancy, height_field, fallback } =
         Decision::new(field, &partitioned).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
     measures.field_fallback = fallback;
-    let facets = 0..complex.facets.len() as u32;
-    let areas: Vec<f64> = facets.map(|facet| complex.facet_area(facet)).collect();
-    let support = facet_support(complex, hypotheses, fixed);
-    let evidence = Evidence { occupancy: &occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
-    let inside = labelling::label(complex, &evidence, &parameters.labelling);
+    let inside = label(&partitioned, &occupancy, height_field, parameters);
     if !inside.contains(&true) {
         return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
     }
@@ -189,7 +185,7 @@ fn lod22(
     let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
     let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
         .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
-    let confidence = Confidence::new(&partitioned, &areas, &occupancy, &extraction.inside);
+    let confidence = Confidence::new(&partitioned, &complex.facet_areas(), &occupancy, &extraction.inside);
     measures.confidence = confidence.building;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
@@ -212,6 +208,16 @@ fn lod22(
     measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
     measures.ridge_height = measures::ridge_height(&solids);
     Ok(solids)
+}
+
+/// The label of each cell, inside or not, by the cut (paper, section 3.4) that follows these occupancies; `height_field`
+/// says whether nothing may hang over.
+pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, parameters: &Parameters) -> Vec<bool> {
+    let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
+    let areas = complex.facet_areas();
+    let support = facet_support(complex, hypotheses, fixed);
+    let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
+    labelling::label(complex, &evidence, &parameters.labelling)
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their

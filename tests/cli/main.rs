@@ -16,4 +16,5 @@ mod neighbourhoods;
 mod reconstruct;
 mod resume;
 mod simulate;
+mod trial;
 mod validate;

@@ -24,6 +24,11 @@ impl Complex {
         self.facet_area_vector(facet).norm()
     }
 
+    /// The areas of all facets, m².
+    pub fn facet_areas(&self) -> Vec<f64> {
+        (0..self.facets.len() as FacetId).map(|facet| self.facet_area(facet)).collect()
+    }
+
     /// The cell on the other side of a facet of `cell`; [`OUTSIDE`] at the box.
     pub fn across(&self, facet: FacetId, cell: CellId) -> CellId {
         let [negative, positive] = self.facets[facet as usize].cells;

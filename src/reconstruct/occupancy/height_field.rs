@@ -120,6 +120,18 @@ impl Occupancy for HeightField {
             .collect())
     }
 
+    /// 1 below the roof evidence and inside the footprint, 0 elsewhere.
+    fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError> {
+        let hypotheses = &building.hypotheses;
+        let evidence = RoofEvidence::new(hypotheses);
+        let ground = building.site.ground.height;
+        let is_inside = |p: &Point3<f64>| {
+            let plan = p.xy();
+            p.z > ground && hypotheses.covers(&plan) && evidence.height(&plan).is_some_and(|roof| p.z < roof)
+        };
+        Ok(places.iter().map(|p| f64::from(u8::from(is_inside(p)))).collect())
+    }
+
     fn is_height_field(&self) -> bool {
         true
     }

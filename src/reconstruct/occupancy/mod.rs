@@ -10,6 +10,8 @@ mod neural;
 
 use std::fmt::Debug;
 
+use nalgebra::Point3;
+
 use super::Partitioned;
 
 pub use height_field::HeightField;
@@ -33,6 +35,12 @@ pub trait Occupancy: Debug + Send + Sync {
     /// # Errors
     /// Fails when the field cannot be asked.
     fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError>;
+
+    /// How likely each of these places, local metres, is inside: 0 to 1.
+    ///
+    /// # Errors
+    /// Fails when the field cannot be asked.
+    fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError>;
 
     /// Whether the field knows one height per place only, and so nothing of overhangs.
     fn is_height_field(&self) -> bool {

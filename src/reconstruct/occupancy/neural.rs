@@ -130,6 +130,12 @@ impl Occupancy for Neural {
         }
         Ok(occupancy)
     }
+
+    fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError> {
+        let inputs = Inputs::new(building);
+        let answers = self.query(&inputs, &self.encode(&inputs)?, places)?;
+        Ok(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).collect())
+    }
 }
 
 impl Neural {
