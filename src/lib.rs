@@ -12,6 +12,7 @@
 //! - [`segment`] joins them into one [`site::Site`] per footprint.
 //! - [`reconstruct`] is the method of *Reconstructing Compact Building Models from Point Clouds Using Deep
 //!   Implicit Fields* (Chen, Ledoux, Khademi, Nan, 2022): pure, deterministic, one building at a time.
+//! - [`network`] runs the networks whose implicit field the method asks.
 //! - [`solid`] is what it returns, on the integer grid of the output.
 //! - [`validate`] decides whether a solid may be written.
 //! - [`sink`] writes models, one file per format.
@@ -21,8 +22,8 @@
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //!
-//! A lower floor never imports a higher one: `cli → run → {source, segment, sink} → reconstruct → {solid, site} →
-//! geometry`.
+//! A lower floor never imports a higher one: `cli → {run, trial} → simulate → {source, segment, sink, network} →
+//! reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;

@@ -38,9 +38,9 @@ const EMBEDDED: &str = "the embedded network";
 #[serde(rename_all = "kebab-case")]
 pub enum Field {
     /// The network of this project: a code of the whole building, the nearest points, and the roof evidence.
+    #[default]
     Neural,
     /// The height-field vote: what lies under the roof evidence is inside. Needs no network and knows no overhangs.
-    #[default]
     HeightField,
     /// The network of the paper, at reduced width; slow, for comparison.
     #[serde(rename = "points2surf")]

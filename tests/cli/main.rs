@@ -11,6 +11,7 @@ mod bench;
 mod crossings;
 mod errors;
 mod evaluate;
+mod field;
 mod info;
 mod neighbourhoods;
 mod reconstruct;
