@@ -25,6 +25,8 @@ const MOST_MOVED: f64 = 5.0;
 const LEAST_AREA: f64 = 0.9;
 /// Where walls cannot stand back that far, a half is tried, and so on, this many times in all.
 const ATTEMPTS: usize = 5;
+/// The sine of the sharpest angle that is no needle: 20°.
+const SHARP: f64 = 0.342;
 /// A slit narrower than this, metres, is none: no valid solid can have it, and nothing stands in it.
 const HAIRLINE: f64 = 0.003;
 /// Walls that leave the footprint in strips thinner than this, metres, do so by rounding only.
@@ -58,7 +60,9 @@ fn without_hairlines(footprint: &MultiPolygon<f64>) -> MultiPolygon<f64> {
     let closed = |polygon: &Polygon<f64>| {
         let mut rings = rings(polygon);
         let before: usize = rings.iter().map(Vec::len).sum();
-        rings.iter_mut().for_each(|ring| drop_needles(ring, f64::NEG_INFINITY, HAIRLINE));
+        for ring in &mut rings {
+            drop_needles(ring, f64::NEG_INFINITY, HAIRLINE);
+        }
         if rings.iter().map(Vec::len).sum::<usize>() == before {
             return polygon.clone();
         }
@@ -100,8 +104,9 @@ fn drop_needles(ring: &mut Vec<Coord<f64>>, spike: f64, slit: f64) {
         let (there, back) = (point(ring[(at + n - 1) % n]) - tip, point(ring[(at + 1) % n]) - tip);
         // From the end of the shorter edge to the longer one.
         let width = there.perp(&back).abs() / there.norm().max(back.norm()).max(f64::MIN_POSITIVE);
+        let is_sharp = there.dot(&back) > 0.0 && width <= SHARP * there.norm().min(back.norm());
         let most = if back.perp(&there) > 0.0 { spike } else { slit };
-        if there.dot(&back) > 0.0 && width <= most {
+        if is_sharp && width <= most {
             ring.remove(at);
             at = (at + n - 2) % n;
             settled = 0;
