@@ -5,6 +5,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use ort::environment::Environment;
 use ort::session::Session;
+use ort::session::builder::GraphOptimizationLevel;
 
 use crate::error::{InputError, Result};
 
@@ -68,6 +69,8 @@ impl Runtime {
         let text = |error: &dyn std::error::Error| error.to_string();
         let builder = Session::builder(&self.started.environment).map_err(|error| text(&error))?;
         let builder = builder.with_intra_threads(1).map_err(|error| text(&error))?;
+        // The embedded runtime runs graphs as they stand unless it is told.
+        let builder = builder.with_optimization_level(GraphOptimizationLevel::Level3).map_err(|error| text(&error))?;
         let mut builder = match self.started.library {
             Some(_) => {
                 builder.with_config_entry("session.intra_op.allow_spinning", "0").map_err(|error| text(&error))?
