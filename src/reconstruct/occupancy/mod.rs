@@ -14,7 +14,7 @@ use super::Partitioned;
 
 pub use height_field::HeightField;
 pub use network::NetworkError;
-pub use neural::{CellRule, Neural};
+pub use neural::{CellRule, Encoded, Neural};
 
 /// Why a field says nothing about a building.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -13,6 +13,11 @@ use crate::reconstruct::Partitioned;
 /// Queries are made and answered so many at a time, which bounds the memory of a building.
 const BATCH: usize = 1024;
 
+/// So many samples of a cell are asked first …
+const SCOUTS: usize = 4;
+/// … and where their mean probability is this near to 0 or 1, the others are not asked.
+const DECIDED: f64 = 0.03;
+
 /// How the answers at the samples of a cell become its occupancy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -24,6 +29,10 @@ pub enum CellRule {
     /// comparison.
     Paper,
 }
+
+/// What all places of a building share: its code, or for Points2Surf its sub-sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Encoded(Vec<f32>);
 
 /// A network as an occupancy.
 #[derive(Debug, Clone)]
@@ -38,16 +47,28 @@ impl Neural {
         Self { network, rule }
     }
 
+    /// What all places of a building share, once per building.
+    ///
+    /// # Errors
+    /// Fails when the network does.
+    pub fn encode(&self, inputs: &Inputs) -> Result<Encoded, NetworkError> {
+        Ok(Encoded(match self.network.interface() {
+            Interface::Field { grid, .. } => self.network.encode(&inputs.raster(grid))?,
+            Interface::Points2Surf { subsample, .. } => inputs.subsample(subsample),
+        }))
+    }
+
     /// The answers at some places of a building, local metres, and the radius in metres of the patch at each.
     ///
     /// # Errors
     /// Fails when the network does.
-    pub fn query(&self, inputs: &Inputs, places: &[Point3<f64>]) -> Result<Vec<(Answer, f64)>, NetworkError> {
+    pub fn query(
+        &self,
+        inputs: &Inputs,
+        encoded: &Encoded,
+        places: &[Point3<f64>],
+    ) -> Result<Vec<(Answer, f64)>, NetworkError> {
         let interface = self.network.interface();
-        let shared = match interface {
-            Interface::Field { grid, .. } => self.network.encode(&inputs.raster(grid))?,
-            Interface::Points2Surf { subsample, .. } => inputs.subsample(subsample),
-        };
         let mut answers = Vec::with_capacity(places.len());
         let mut queries = Queries::default();
         let mut radii = Vec::with_capacity(BATCH);
@@ -55,7 +76,7 @@ impl Neural {
             queries.clear();
             radii.clear();
             for place in batch {
-                radii.push(queries.push(&interface, inputs, &shared, place));
+                radii.push(queries.push(&interface, inputs, &encoded.0, place));
             }
             answers.extend(self.network.decode(&queries)?.into_iter().zip(radii.iter().copied()));
         }
@@ -98,38 +119,100 @@ impl Queries {
 impl Occupancy for Neural {
     fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError> {
         let inputs = Inputs::new(building);
-        let mut places = Vec::new();
-        let mut ends = Vec::new();
-        let seed = building.seed();
-        let median = building.complex.median_volume();
-        for cell in building.free() {
-            match self.rule {
-                CellRule::Mean => places.extend(building.complex.samples(cell, median, seed)),
-                CellRule::Paper => places.push(building.complex.cell_centroid(cell)),
-            }
-            ends.push((cell, places.len()));
-        }
-        let answers = self.query(&inputs, &places)?;
+        let cells: Vec<u32> = building.free().collect();
+        let found = match self.rule {
+            CellRule::Mean => self.mean_probabilities(&inputs, building, &cells)?,
+            CellRule::Paper => self.signed_distances_by_volume(&inputs, building, &cells)?,
+        };
         let mut occupancy = vec![0.0; building.complex.cells.len()];
-        let mut start = 0;
-        for (cell, end) in ends {
-            let answers = &answers[start..end];
-            start = end;
-            occupancy[cell as usize] = match self.rule {
-                CellRule::Mean => {
-                    answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).sum::<f64>() / answers.len() as f64
-                }
-                CellRule::Paper => answers.first().map_or(0.5, |(answer, radius)| {
-                    let distance = f64::from(answer.distance) * radius / inputs.scale();
-                    let volume = building.volumes[cell as usize] / inputs.scale().powi(3);
-                    sigmoid(distance.copysign(answer.inside.into()) * volume * 1e6)
-                }),
-            };
+        for (cell, value) in cells.into_iter().zip(found) {
+            occupancy[cell as usize] = value;
         }
         Ok(occupancy)
     }
 }
 
+impl Neural {
+    /// The mean probability of the samples of each cell. A few are asked first; where these agree the rest is spared.
+    fn mean_probabilities(
+        &self,
+        inputs: &Inputs,
+        building: &Partitioned,
+        cells: &[u32],
+    ) -> Result<Vec<f64>, NetworkError> {
+        let encoded = self.encode(inputs)?;
+        let median = building.complex.median_volume();
+        let samples = |cell: u32| building.complex.samples(cell, median, building.seed());
+        let ask = |who: &[usize], scouts: bool| -> Result<Vec<(usize, f64)>, NetworkError> {
+            let (mut places, mut of) = (Vec::new(), Vec::new());
+            for &slot in who {
+                let all = samples(cells[slot]);
+                let count = all.len();
+                for (_, place) in all.into_iter().enumerate().filter(|(i, _)| is_scout(*i, count) == scouts) {
+                    places.push(place);
+                    of.push(slot);
+                }
+            }
+            let answers = self.query(inputs, &encoded, &places)?;
+            Ok(of.into_iter().zip(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into()))).collect())
+        };
+        let mut sums = vec![(0.0, 0.0); cells.len()];
+        let add = |sums: &mut [(f64, f64)], answers: Vec<(usize, f64)>| {
+            for (slot, probability) in answers {
+                sums[slot].0 += probability;
+                sums[slot].1 += 1.0;
+            }
+        };
+        let everyone: Vec<usize> = (0..cells.len()).collect();
+        add(&mut sums, ask(&everyone, true)?);
+        let mean = |(sum, count): (f64, f64)| if count > 0.0 { sum / count } else { 0.5 };
+        let is_undecided = |slot: &usize| (DECIDED..=1.0 - DECIDED).contains(&mean(sums[*slot]));
+        let undecided: Vec<usize> = everyone.into_iter().filter(is_undecided).collect();
+        add(&mut sums, ask(&undecided, false)?);
+        Ok(sums.into_iter().map(mean).collect())
+    }
+
+    /// The paper's occupancy: sigmoid of the signed distance at the centroid times volume.
+    fn signed_distances_by_volume(
+        &self,
+        inputs: &Inputs,
+        building: &Partitioned,
+        cells: &[u32],
+    ) -> Result<Vec<f64>, NetworkError> {
+        let encoded = self.encode(inputs)?;
+        let centroids: Vec<Point3<f64>> = cells.iter().map(|&cell| building.complex.cell_centroid(cell)).collect();
+        let answers = self.query(inputs, &encoded, &centroids)?;
+        let occupancy = |(&cell, (answer, radius)): (&u32, (Answer, f64))| {
+            let distance = f64::from(answer.distance) * radius / inputs.scale();
+            let volume = building.volumes[cell as usize] / inputs.scale().powi(3);
+            sigmoid(distance.copysign(answer.inside.into()) * volume * 1e6)
+        };
+        Ok(cells.iter().zip(answers).map(occupancy).collect())
+    }
+}
+
+/// Whether the sample `index` of the `count` of a cell is asked first: its centroid, and every few of the others, which
+/// come in the order of the parts of the cell.
+fn is_scout(index: usize, count: usize) -> bool {
+    let step = (count.saturating_sub(1) / (SCOUTS - 1)).max(1);
+    index == 0 || (index % step == step / 2 && index / step < SCOUTS - 1) || count <= SCOUTS
+}
+
 fn sigmoid(logit: f64) -> f64 {
     1.0 / (1.0 + (-logit).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scouts_are_few_and_spread_over_the_cell() {
+        for count in 1..=33 {
+            let scouts: Vec<usize> = (0..count).filter(|&i| is_scout(i, count)).collect();
+            assert_eq!(scouts.len(), count.min(SCOUTS), "{count}: {scouts:?}");
+            assert_eq!(scouts[0], 0);
+        }
+        assert_eq!((0..17).filter(|&i| is_scout(i, 17)).collect::<Vec<_>>(), [0, 2, 7, 12]);
+    }
 }
