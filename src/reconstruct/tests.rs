@@ -184,6 +184,10 @@ impl Occupancy for Everywhere {
     fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, occupancy::OccupancyError> {
         Ok(vec![self.0; building.complex.cells.len()])
     }
+
+    fn probability(&self, _: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, occupancy::OccupancyError> {
+        Ok(vec![self.0; places.len()])
+    }
 }
 
 #[test]
@@ -210,11 +214,14 @@ fn a_passage_that_was_scanned_stays_open_under_a_field_that_knows_it() {
     struct Passage;
     impl Occupancy for Passage {
         fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, occupancy::OccupancyError> {
-            let inside = |cell: u32| {
-                let c = building.complex.cell_centroid(cell);
-                c.z < 9.0 && !(c.z < 3.0 && (4.0..8.0).contains(&c.x))
-            };
-            Ok((0..building.complex.cells.len() as u32).map(|cell| f64::from(u8::from(inside(cell)))).collect())
+            let cells = 0..building.complex.cells.len() as u32;
+            let centroids: Vec<Point3<f64>> = cells.map(|cell| building.complex.cell_centroid(cell)).collect();
+            self.probability(building, &centroids)
+        }
+
+        fn probability(&self, _: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, occupancy::OccupancyError> {
+            let inside = |p: &Point3<f64>| p.z < 9.0 && !(p.z < 3.0 && (4.0..8.0).contains(&p.x));
+            Ok(places.iter().map(|p| f64::from(u8::from(inside(p)))).collect())
         }
     }
     let mut house = site(rectangle(12.0, 8.0), 0.3, |_, _| Some(9.0));

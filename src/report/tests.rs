@@ -2,6 +2,7 @@ use std::path::Path;
 
 use super::*;
 use crate::building::{Building, LadderStep, Measures, Outcome, Reason};
+use crate::network::FieldOptions;
 use crate::site::Frame;
 use crate::solid::{Model, Part, Solid};
 

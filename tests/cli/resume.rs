@@ -27,7 +27,7 @@ fn killed(out: &Path, after: u64, rest: &str) -> Option<u64> {
     command.arg(out).arg(data("delft_ahn3.laz")).arg("-f").arg(data("footprints.geojson"));
     command.args(rest.split_whitespace());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let limit = Instant::now() + Duration::from_secs(120);
+    let limit = Instant::now() + Duration::from_mins(2);
     while !checkpoint(out).exists() || kept(out) < after {
         if child.try_wait().unwrap().is_some() {
             return None;

@@ -62,7 +62,7 @@ fn training_data_are_made_and_not_overwritten_by_mistake() {
     let run = make(&["--limit", "55", "--variants", "2", "--split", "0.5,0.25,0.25"]);
     assert_eq!(run.code, 0, "{}", run.err);
     assert_says(&run.out, &["generator", "train (", "validation (", "test ("]);
-    let manifest = json_of(&output.join("manifest.json"));
+    let manifest = json_of(output.join("manifest.json"));
     let scans: u64 = manifest["scans"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
     let failed: u64 = manifest["failed"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
     let models: u64 = manifest["sources"].as_array().unwrap().iter().map(|s| s["models"].as_u64().unwrap()).sum();

@@ -1,5 +1,6 @@
 //! Whole roofs with known planes, through both detectors.
 
+use crate::geometry::Random;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 

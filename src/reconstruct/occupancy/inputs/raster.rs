@@ -136,7 +136,7 @@ fn logarithmic(count: f64) -> f64 {
 /// The code of a place: the values of the `channels` maps of a `grid` × `grid` raster at `(x, y)` of the field frame,
 /// bilinear between pixel centres and constant beyond the outer ones. Appends to `values`.
 pub fn lookup(maps: &[f32], channels: usize, grid: usize, x: f64, y: f64, values: &mut Vec<f32>) {
-    let at = |v: f64| ((v / HALF_WIDTH + 1.0) / 2.0 * grid as f64 - 0.5).clamp(0.0, grid as f64 - 1.0);
+    let at = |v: f64| (f64::midpoint(v / HALF_WIDTH, 1.0) * grid as f64 - 0.5).clamp(0.0, grid as f64 - 1.0);
     let (column, row) = (at(x), at(y));
     let (left, low) = (column.floor() as usize, row.floor() as usize);
     let (right, high) = ((left + 1).min(grid - 1), (low + 1).min(grid - 1));
