@@ -201,7 +201,7 @@ impl Neural {
 /// come in the order of the parts of the cell.
 fn is_scout(index: usize, count: usize) -> bool {
     let step = (count.saturating_sub(1) / (SCOUTS - 1)).max(1);
-    index == 0 || (index % step == step / 2 && index / step < SCOUTS - 1) || count <= SCOUTS
+    index.checked_sub(1).is_none_or(|other| other % step == step / 2 && other / step < SCOUTS - 1)
 }
 
 fn sigmoid(logit: f64) -> f64 {
@@ -219,6 +219,6 @@ mod tests {
             assert_eq!(scouts.len(), count.min(SCOUTS), "{count}: {scouts:?}");
             assert_eq!(scouts[0], 0);
         }
-        assert_eq!((0..17).filter(|&i| is_scout(i, 17)).collect::<Vec<_>>(), [0, 2, 7, 12]);
+        assert_eq!((0..17).filter(|&i| is_scout(i, 17)).collect::<Vec<_>>(), [0, 3, 8, 13]);
     }
 }
