@@ -46,9 +46,10 @@ impl Confidence {
         Self { building: mean(whole), planes }
     }
 
-    /// Of the faces on a plane, given with whether the outside is on its positive side; `None` where there are none.
+    /// Of the faces on a plane, given with whether the outside is on its positive side; that of the building where no
+    /// facet of the boundary is, as where slivers were taken out afterwards.
     pub fn of_plane(&self, plane: (PlaneId, bool)) -> Option<f64> {
-        self.planes.get(&plane).copied().and_then(mean)
+        self.planes.get(&plane).copied().and_then(mean).or(self.building)
     }
 }
 
