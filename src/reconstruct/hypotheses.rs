@@ -59,7 +59,7 @@ impl Hypotheses {
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let detected = roofs.len() + walls.len();
-        let (undersides, covered) = take_covered(&site.points, &mut roofs, &walls, site.ground.height);
+        let (undersides, covered) = take_covered(site, &mut roofs, &walls);
         if roofs.is_empty() {
             roofs.push(flat_roof(&site.points)?);
         }
@@ -147,17 +147,15 @@ impl Hypotheses {
 
 /// Takes the undersides out of the roofs, and says which of the walls stand under a roof. What lies at the height of the
 /// ground is neither: the box has its own bottom.
-fn take_covered(
-    points: &[Point3<f64>],
-    roofs: &mut Vec<Primitive>,
-    walls: &[Primitive],
-    ground: f64,
-) -> (Vec<Primitive>, Vec<bool>) {
+fn take_covered(site: &Site, roofs: &mut Vec<Primitive>, walls: &[Primitive]) -> (Vec<Primitive>, Vec<bool>) {
+    let (points, ground) = (&site.points, site.ground.height);
     let inliers: usize = roofs.iter().map(|roof| roof.inliers.len()).sum();
     let on_roofs = roofs.iter().flat_map(|roof| &roof.inliers).filter_map(|&i| points.get(i as usize));
     let area = Aabb::of(on_roofs).map_or(0.0, |bounds| bounds.extent()[0] * bounds.extent()[1]);
-    // Wide enough that a square of a roof without a point is rare, however the points lie.
-    let tops = Tops::new(points, roofs, 3.0 * (area / inliers.max(1) as f64).sqrt());
+    // So wide that a square of a roof without a point is rare, however the points lie; but with a footprint, where scans
+    // are from above, so narrow that a low roof beside a high one is not taken for its underside.
+    let spacings = if site.footprint.is_some() { 1.5 } else { 3.0 };
+    let tops = Tops::new(points, roofs, spacings * (area / inliers.max(1) as f64).sqrt());
     let mut undersides = Vec::new();
     let mut label = 0;
     roofs.retain(|roof| {
