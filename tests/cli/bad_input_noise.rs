@@ -62,7 +62,9 @@ fn survives(folder: &Path, tile: &str, footprints: &str, damaged: &str, seed: u6
             "round {round}: no word"
         );
         let named = [tile, footprints, damaged].iter().any(|name| run.err.contains(name));
-        assert!(run.code != 1 || named, "round {round}: no file is named: {}", run.err);
+        // What damage has left readable may still have no building point: that is no fault of a file.
+        let empty = run.err.contains("no footprint holds a point");
+        assert!(run.code != 1 || named || empty, "round {round}: no file is named: {}", run.err);
         assert!(started.elapsed() < Duration::from_mins(1), "round {round} took {:?}", started.elapsed());
         let left = names_in(folder);
         assert!(
