@@ -8,10 +8,11 @@ use serde::Serialize;
 
 use super::agreement::Agreement;
 use super::faces::{FaceCount, count_faces};
-use super::hausdorff::{SurfaceDistance, seed_of, surface_distance};
+use super::hausdorff::{SurfaceDistance, surface_distance};
 use super::overlap::{Overlap, overlap};
 use super::shape::Shape;
 use super::summary::median;
+use crate::geometry::seed_of;
 
 /// Sample points per surface for the distances between surfaces.
 const SAMPLES: usize = 20_000;

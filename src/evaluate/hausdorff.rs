@@ -7,6 +7,7 @@ use parry3d_f64::shape::TriMesh;
 use serde::Serialize;
 
 use super::shape::Shape;
+use crate::geometry::Random;
 
 /// The faces of a shape, searchable for the one nearest to a point.
 pub struct NearestFace {
@@ -83,7 +84,7 @@ fn sample(shape: &Shape, count: usize, seed: u64) -> Option<Vec<Point3<f64>>> {
     if total <= 0.0 || !total.is_finite() || count == 0 {
         return None;
     }
-    let mut random = SplitMix(seed);
+    let mut random = Random::new(seed);
     let points = (0..count).filter_map(|_| {
         let place = random.unit() * total;
         let index = ends.partition_point(|&end| end <= place).min(ends.len() - 1);
@@ -95,25 +96,6 @@ fn sample(shape: &Shape, count: usize, seed: u64) -> Option<Vec<Point3<f64>>> {
         Some(a + (b - a) * u + (c - a) * v)
     });
     Some(points.collect())
-}
-
-/// The `SplitMix64` generator (Steele, Lea, Flood 2014): small, seedable, the same on every platform.
-struct SplitMix(u64);
-
-impl SplitMix {
-    /// The next number, uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
-/// A seed that depends on the id alone (FNV-1a).
-pub(super) fn seed_of(id: &str) -> u64 {
-    id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ mod plane;
 mod random;
 
 pub use plane::Plane;
-pub use random::Random;
+pub use random::{Random, hash, seed_of};
 
 /// An axis-aligned box in metres of the local frame; `min` is never above `max`.
 #[derive(Debug, Clone, Copy, PartialEq)]

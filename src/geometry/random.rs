@@ -60,6 +60,20 @@ impl Random {
     }
 }
 
+/// A seed that depends on every byte of an id (FNV-1a).
+pub fn seed_of(id: &str) -> u64 {
+    fnv1a(0xcbf2_9ce4_8422_2325, id)
+}
+
+/// A number that depends on the seed and on every byte of the text (FNV-1a, mixed).
+pub fn hash(seed: u64, text: &str) -> u64 {
+    Random::new(fnv1a(Random::new(seed).bits(), text)).bits()
+}
+
+fn fnv1a(start: u64, text: &str) -> u64 {
+    text.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,7 @@ use super::primitives::walls::Walls;
 use super::primitives::{self, Extent, Primitive, PrimitiveKind};
 use super::{Failure, Parameters};
 use crate::building::Reason;
-use crate::geometry::{Aabb, Plane};
+use crate::geometry::{Aabb, Plane, seed_of};
 use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
@@ -55,7 +55,7 @@ impl Hypotheses {
     /// # Errors
     /// Fails where the points show no roof above the ground.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
-        let detection = primitives::detect(&site.points, parameters, seed(&site.id));
+        let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let detected = roofs.len() + walls.len();
@@ -249,9 +249,4 @@ fn roof_directions(roofs: &[Primitive]) -> Vec<nalgebra::Vector2<f64>> {
     let descent = roofs.iter().find_map(|roof| Unit::try_new(roof.plane.normal.xy(), 0.05));
     let along = descent.map_or_else(nalgebra::Vector2::x, Unit::into_inner);
     vec![along, nalgebra::Vector2::new(-along.y, along.x)]
-}
-
-/// FNV-1a of the building id: the seed of everything random about the building.
-pub(super) fn seed(id: &str) -> u64 {
-    id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

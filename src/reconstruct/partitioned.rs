@@ -1,9 +1,9 @@
 //! A building cut into cells, before anything is decided about them.
 
 use super::complex::Complex;
-use super::hypotheses::seed;
 use super::{Failure, Hypotheses, Parameters, Partition};
 use crate::building::Reason;
+use crate::geometry::seed_of;
 use crate::site::Site;
 
 /// A site, the planes that were found in it and the cells that they cut: all that an
@@ -48,7 +48,7 @@ impl<'a> Partitioned<'a> {
 
     /// The seed of everything random about the building.
     pub fn seed(&self) -> u64 {
-        seed(&self.site.id)
+        seed_of(&self.site.id)
     }
 
     /// The cells whose label is not known yet.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-pub(super) use crate::geometry::Random;
+pub(super) use crate::geometry::{Random, hash};
 
 /// What a simulation draws beside.
 pub(super) trait Draw {
@@ -37,13 +37,6 @@ impl Draw for Random {
         }
         a + (b - a) * u + (c - a) * v
     }
-}
-
-/// A number that depends on the seed and on every byte of the text (FNV-1a, mixed).
-pub(super) fn hash(seed: u64, text: &str) -> u64 {
-    let start = Random::new(seed).bits();
-    let sum = text.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-    Random::new(sum).bits()
 }
 
 #[cfg(test)]

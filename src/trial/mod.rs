@@ -36,7 +36,7 @@ pub use subject::{Places, Subject};
 pub use truths::{choose, overhanging};
 pub use watched::{Findings, SurfaceFindings, observe};
 
-use crate::geometry::Random;
+use crate::geometry::hash;
 use crate::reconstruct::Parameters;
 use crate::reconstruct::occupancy::Occupancy;
 use crate::simulate::{Model, scan};
@@ -178,11 +178,4 @@ impl Trial {
             .unzip();
         Tried { id: model.id.clone(), findings: Some(findings), scan, fields }
     }
-}
-
-/// A number that depends on the seed and on every byte of the text.
-fn hash(seed: u64, text: &str) -> u64 {
-    let start = Random::new(seed).bits();
-    let sum = text.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-    Random::new(sum).bits()
 }
