@@ -152,14 +152,11 @@ fn take_covered(site: &Site, roofs: &mut Vec<Primitive>, walls: &[Primitive]) ->
     let inliers: usize = roofs.iter().map(|roof| roof.inliers.len()).sum();
     let on_roofs = roofs.iter().flat_map(|roof| &roof.inliers).filter_map(|&i| points.get(i as usize));
     let area = Aabb::of(on_roofs).map_or(0.0, |bounds| bounds.extent()[0] * bounds.extent()[1]);
-    // So wide that a square of a roof without a point is rare, however the points lie; but with a footprint, where scans
-    // are from above, so narrow that a low roof beside a high one is not taken for its underside.
-    let spacings = if site.footprint.is_some() { 1.5 } else { 3.0 };
-    let tops = Tops::new(points, roofs, spacings * (area / inliers.max(1) as f64).sqrt());
+    let tops = Tops::new(points, roofs, (area / inliers.max(1) as f64).sqrt());
     let mut undersides = Vec::new();
     let mut label = 0;
     roofs.retain(|roof| {
-        let covered = tops.cover(points, roof, label);
+        let covered = tops.cover(roof, label);
         label += 1;
         if covered {
             let low = roof.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR);
@@ -167,7 +164,7 @@ fn take_covered(site: &Site, roofs: &mut Vec<Primitive>, walls: &[Primitive]) ->
         }
         !covered
     });
-    (undersides, walls.iter().map(|wall| tops.cover(points, wall, usize::MAX)).collect())
+    (undersides, walls.iter().map(|wall| tops.cover(wall, usize::MAX)).collect())
 }
 
 /// For want of planes: one horizontal roof at the median height of all points.

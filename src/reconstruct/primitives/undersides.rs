@@ -4,7 +4,8 @@
 //! be taken for one by the roof map; but its plane cuts the complex, so that a field that is no height field can tell
 //! what hangs over.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::f64::consts::PI;
 
 use nalgebra::{Point2, Point3};
 
@@ -13,44 +14,74 @@ use super::Primitive;
 /// What has a roof at least this far above it is covered, metres.
 const HEADROOM: f64 = 1.0;
 /// A primitive lies under others when so much of its inliers is covered.
-const MOST: f64 = 0.7;
+const MOST: f64 = 0.5;
+/// A roof is looked for so far around a point, in spacings of the points: far enough to find a dozen points of a roof
+/// that is there however they lie, near enough for the bottom of a light well to stay open.
+const REACH: f64 = 2.0;
+/// So many inliers of a primitive are asked at most.
+const ASKED: usize = 256;
 
-/// The highest point on a primitive over each square of the plan.
+/// The points on primitives, sorted by squares of the plan.
 #[derive(Debug)]
-pub struct Tops {
-    /// Side of a square, metres.
-    side: f64,
-    /// Per square, the highest inlier: its height and its primitive.
-    highest: BTreeMap<[i64; 2], (f64, usize)>,
+pub struct Tops<'a> {
+    points: &'a [Point3<f64>],
+    /// Side of a square and radius of the neighbourhood of a point, metres.
+    reach: f64,
+    /// Per square, its inliers with their primitives, and the height of the highest of them.
+    squares: HashMap<[i64; 2], (f64, Vec<(u32, usize)>)>,
 }
 
-impl Tops {
-    /// The highest inliers of some primitives over squares of `side` metres.
-    pub fn new(points: &[Point3<f64>], primitives: &[Primitive], side: f64) -> Self {
-        let mut tops = Self { side: side.max(0.1), highest: BTreeMap::new() };
+impl<'a> Tops<'a> {
+    /// The inliers of some primitives whose points lie about `spacing` metres apart in the plan.
+    pub fn new(points: &'a [Point3<f64>], primitives: &[Primitive], spacing: f64) -> Self {
+        let mut tops = Self { points, reach: (REACH * spacing).max(0.1), squares: HashMap::new() };
         for (label, primitive) in primitives.iter().enumerate() {
-            for point in primitive.inliers.iter().filter_map(|&i| points.get(i as usize)) {
-                let top = tops.highest.entry(tops.square(&point.xy())).or_insert((point.z, label));
-                if point.z > top.0 {
-                    *top = (point.z, label);
-                }
+            for &index in &primitive.inliers {
+                let Some(point) = points.get(index as usize) else { continue };
+                let square = tops.squares.entry(tops.square(&point.xy())).or_insert((f64::NEG_INFINITY, Vec::new()));
+                square.0 = square.0.max(point.z);
+                square.1.push((index, label));
             }
         }
         tops
     }
 
     /// Whether most inliers of a primitive, `label` among the primitives of the tops, are covered by others.
-    pub fn cover(&self, points: &[Point3<f64>], primitive: &Primitive, label: usize) -> bool {
-        let inliers = primitive.inliers.iter().filter_map(|&i| points.get(i as usize));
-        let covered = inliers.filter(|p| {
-            let top = self.highest.get(&self.square(&p.xy()));
-            top.is_some_and(|&(height, other)| other != label && height > p.z + HEADROOM)
-        });
-        covered.count() as f64 > MOST * primitive.inliers.len() as f64
+    pub fn cover(&self, primitive: &Primitive, label: usize) -> bool {
+        let step = primitive.inliers.len().div_ceil(ASKED).max(1);
+        let (mut asked, mut covered) = (0.0, 0.0);
+        for point in primitive.inliers.iter().step_by(step).filter_map(|&i| self.points.get(i as usize)) {
+            asked += 1.0;
+            covered += f64::from(u8::from(self.is_covered(point, label)));
+        }
+        covered > MOST * asked
+    }
+
+    /// Whether higher points of other primitives stand around a point, so that in the plan it lies in their convex hull:
+    /// those of a high roof beside it all lie on one side.
+    fn is_covered(&self, point: &Point3<f64>, label: usize) -> bool {
+        let [column, row] = self.square(&point.xy());
+        let mut directions: Vec<f64> = Vec::new();
+        for square in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j])) {
+            let Some((highest, inliers)) = self.squares.get(&square) else { continue };
+            if *highest <= point.z + HEADROOM {
+                continue;
+            }
+            for top in inliers.iter().filter(|(_, other)| *other != label).map(|&(i, _)| &self.points[i as usize]) {
+                let offset = top.xy() - point.xy();
+                if top.z > point.z + HEADROOM && offset.norm_squared() <= self.reach * self.reach {
+                    directions.push(offset.y.atan2(offset.x));
+                }
+            }
+        }
+        directions.sort_by(f64::total_cmp);
+        let (Some(first), Some(last)) = (directions.first(), directions.last()) else { return false };
+        let widest = directions.windows(2).map(|pair| pair[1] - pair[0]).fold(first + 2.0 * PI - last, f64::max);
+        widest < PI
     }
 
     fn square(&self, p: &Point2<f64>) -> [i64; 2] {
-        [(p.x / self.side).floor() as i64, (p.y / self.side).floor() as i64]
+        [(p.x / self.reach).floor() as i64, (p.y / self.reach).floor() as i64]
     }
 }
 
@@ -75,9 +106,12 @@ mod tests {
         let roof = sheet(&mut points, [0, 10], [0, 8], 9.0);
         let soffit = sheet(&mut points, [0, 10], [0, 2], 3.0);
         let annexe = sheet(&mut points, [9, 14], [0, 8], 4.0);
-        let primitives = [roof, soffit, annexe];
-        let tops = Tops::new(&points, &primitives, 0.75);
-        let found: Vec<bool> = primitives.iter().enumerate().map(|(i, p)| tops.cover(&points, p, i)).collect();
-        assert_eq!(found, [false, true, false]);
+        // As narrow as the neighbourhood of a point reaches: high roofs on both sides, but not above.
+        let strip = sheet(&mut points, [14, 16], [0, 8], 2.0);
+        let other = sheet(&mut points, [16, 20], [0, 8], 9.0);
+        let primitives = [roof, soffit, annexe, strip, other];
+        let tops = Tops::new(&points, &primitives, 0.5);
+        let found: Vec<bool> = primitives.iter().enumerate().map(|(i, p)| tops.cover(p, i)).collect();
+        assert_eq!(found, [false, true, false, false, false]);
     }
 }
