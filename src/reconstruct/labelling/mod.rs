@@ -14,6 +14,10 @@ use super::complex::{Complex, OUTSIDE};
 
 pub use cavities::fill_cavities;
 
+/// What hangs over pays so many times for its underside, as far as no points were seen on it: buildings stand on the
+/// ground unless there is reason to think otherwise.
+const UNDERCUT: f64 = 4.0;
+
 /// How the two terms of the energy are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -136,16 +140,19 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
             [a, b] => network.add_edge(a as usize, b as usize, capacity(cost)),
         }
     }
-    if evidence.height_field {
-        for facet in &complex.facets {
-            // Planes that are not vertical point up, so that the cell on the negative side is the lower one.
-            let upward = complex.planes.get(facet.plane as usize).is_some_and(|plane| plane.normal[2] > 0);
-            if let ([below, above], true) = (facet.cells, upward)
-                && below != OUTSIDE
-                && above != OUTSIDE
-            {
-                network.add_arc(above as usize, below as usize, forever);
-            }
+    for (facet, &cost) in complex.facets.iter().zip(&terms.smoothness) {
+        // Planes that are not vertical point up, so that the cell on the negative side is the lower one.
+        let upward = complex.planes.get(facet.plane as usize).map_or(0.0, |plane| plane.to_plane().normal.z);
+        if let ([below, above], true) = (facet.cells, upward > 0.0)
+            && below != OUTSIDE
+            && above != OUTSIDE
+        {
+            let more = match parameters.energy {
+                _ if evidence.height_field => forever,
+                Energy::Normalised => capacity(cost * upward * (UNDERCUT - 1.0)),
+                Energy::Paper => continue,
+            };
+            network.add_arc(above as usize, below as usize, more);
         }
     }
     let mut inside = network.cut().source_side;

@@ -17,7 +17,14 @@ fn energy(blocks: &[Block], complex: &Complex, occupancy: &[f64], parameters: &L
             let data: f64 = (0..x.len()).map(|i| volume(&blocks[i], &STRAIGHT) / total * deviation(i)).sum();
             // Unit facets.
             let cut = complex.facets.iter().filter(|f| differ(f.cells)).count() as f64;
-            data + parameters.lambda * cut / complex.facets.len() as f64
+            let stands_on = |[low, high]: &Block, [_, top]: &Block| {
+                (low[0], low[1], low[2]) == (top[0] - 1, top[1] - 1, top[2]) && high[2] > low[2]
+            };
+            let hangs_over =
+                |above: usize, below: usize| x[above] && !x[below] && stands_on(&blocks[above], &blocks[below]);
+            let pairs = (0..x.len()).flat_map(|above| (0..x.len()).map(move |below| (above, below)));
+            let undercut = pairs.filter(|&(above, below)| hangs_over(above, below)).count() as f64;
+            data + parameters.lambda * (cut + (UNDERCUT - 1.0) * undercut) / complex.facets.len() as f64
         }
         Energy::Paper => {
             let data: f64 = (0..x.len()).map(deviation).sum::<f64>() / x.len() as f64;
