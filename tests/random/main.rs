@@ -1,7 +1,8 @@
 //! Random buildings through the method and the validator: never a panic, never an invalid solid, never a model above its
 //! points or outside its footprint, never without an explanation, never long.
 //!
-//! Every building has a number, which is all that it is made from. The test runs a few; many are run with
+//! Every building has a number, which is all that it is made from; even ones are decided by the neural field, odd ones by
+//! the vote. The test runs a few; many are run with
 //!
 //! ```text
 //! GABLE_RANDOM_COUNT=100000 cargo test --release --test random -- --nocapture
@@ -23,6 +24,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use gable::network::{Field, FieldOptions};
 use gable::site::{Coverage, Frame, Ground, GroundSource, Site};
 use geo::Translate;
 use nalgebra::Vector3;
@@ -81,6 +83,9 @@ fn random_buildings_keep_the_rules() {
     let first = from_environment("GABLE_RANDOM_FIRST", 0);
     let shown = std::env::var("GABLE_RANDOM_SHOW");
     let threads = from_environment("GABLE_RANDOM_THREADS", 2);
+    let [neural, vote] = [Field::Neural, Field::HeightField].map(|field| {
+        FieldOptions { field, ..FieldOptions::default() }.load().expect("the embedded networks can be loaded")
+    });
     let next = AtomicU64::new(first);
     // Outcomes, how often they came, and the first number of each.
     let tally: Mutex<BTreeMap<String, (usize, u64)>> = Mutex::default();
@@ -101,7 +106,8 @@ fn random_buildings_keep_the_rules() {
                     if count == 1 {
                         println!("{}: {:?}", case.name, case.site.footprint);
                     }
-                    let judged = rules::judge(&case.site, number.is_multiple_of(50));
+                    let field = if number.is_multiple_of(2) { &neural } else { &vote };
+                    let judged = rules::judge(&case.site, &**field, number.is_multiple_of(50));
                     let mut worst = slowest.lock().unwrap_or_else(PoisonError::into_inner);
                     *worst = (*worst).max((judged.time.as_millis(), number));
                     drop(worst);

@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 use gable::building::{Building, Outcome, Reason, Setback};
-use gable::reconstruct::occupancy::HeightField;
+use gable::reconstruct::occupancy::Occupancy;
 use gable::reconstruct::{Parameters, reconstruct};
 use gable::report::{Scope, Stopwatch};
 use gable::site::Site;
@@ -34,11 +34,11 @@ pub struct Judged {
     pub time: Duration,
 }
 
-/// Reconstructs a site and looks for what must not be; twice if `again`, to see that the same comes out.
-pub fn judge(site: &Site, again: bool) -> Judged {
+/// Reconstructs a site under a field and looks for what must not be; twice if `again`, to see that the same comes out.
+pub fn judge(site: &Site, field: &dyn Occupancy, again: bool) -> Judged {
     let watch = Stopwatch::start(Scope::Thread);
     let parameters = Parameters::default();
-    let result = catch_unwind(AssertUnwindSafe(|| reconstruct(site, &parameters, &HeightField)));
+    let result = catch_unwind(AssertUnwindSafe(|| reconstruct(site, &parameters, field)));
     let time = watch.cpu().unwrap_or_default();
     let Ok(building) = result else {
         return Judged { outcome: "panic".into(), breaches: vec!["panic".into()], time };
@@ -51,7 +51,7 @@ pub fn judge(site: &Site, again: bool) -> Judged {
     if std::env::var_os("GABLE_RANDOM_COUNT").is_some_and(|count| count == "1") {
         println!("{:#?}\n{:#?}\n{:?}", building.outcome, building.measures, building.notes);
     }
-    if again && reconstruct(site, &parameters, &HeightField).model.parts != building.model.parts {
+    if again && reconstruct(site, &parameters, field).model.parts != building.model.parts {
         breaches.push("another model on the second run".into());
     }
     Judged { outcome: outcome(&building), breaches, time }
