@@ -149,10 +149,7 @@ impl Hypotheses {
 /// ground is neither: the box has its own bottom.
 fn take_covered(site: &Site, roofs: &mut Vec<Primitive>, walls: &[Primitive]) -> (Vec<Primitive>, Vec<bool>) {
     let (points, ground) = (&site.points, site.ground.height);
-    let inliers: usize = roofs.iter().map(|roof| roof.inliers.len()).sum();
-    let on_roofs = roofs.iter().flat_map(|roof| &roof.inliers).filter_map(|&i| points.get(i as usize));
-    let area = Aabb::of(on_roofs).map_or(0.0, |bounds| bounds.extent()[0] * bounds.extent()[1]);
-    let tops = Tops::new(points, roofs, (area / inliers.max(1) as f64).sqrt());
+    let tops = Tops::new(points, roofs);
     let mut undersides = Vec::new();
     let mut label = 0;
     roofs.retain(|roof| {

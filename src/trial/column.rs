@@ -33,6 +33,14 @@ pub enum Column {
     Noise001,
     /// 0.05 R.
     Noise005,
+    /// [`Self::FullView`] with noise of 0.005 R.
+    FullViewNoise0005,
+    /// [`Self::FullView`] with noise of 0.05 R.
+    FullViewNoise005,
+    /// [`Self::NoBottom`] with noise of 0.005 R.
+    NoBottomNoise0005,
+    /// [`Self::NoBottom`] with noise of 0.05 R.
+    NoBottomNoise005,
     /// All that goes wrong with airborne scans at once, drawn as for training.
     Everything,
     /// Generated buildings with overhangs or arcades, scanned as [`Self::FullView`].
@@ -43,7 +51,7 @@ pub enum Column {
 
 impl Column {
     /// All, in the order of the table.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 20] = [
         Self::FullView,
         Self::NoBottom,
         Self::Airborne1,
@@ -57,6 +65,10 @@ impl Column {
         Self::Noise0005,
         Self::Noise001,
         Self::Noise005,
+        Self::FullViewNoise0005,
+        Self::FullViewNoise005,
+        Self::NoBottomNoise0005,
+        Self::NoBottomNoise005,
         Self::Everything,
         Self::OverhangsFullView,
         Self::OverhangsNoBottom,
@@ -78,6 +90,10 @@ impl Column {
             Self::Noise0005 => "noise-0.005",
             Self::Noise001 => "noise-0.01",
             Self::Noise005 => "noise-0.05",
+            Self::FullViewNoise0005 => "full-view-noise-0.005",
+            Self::FullViewNoise005 => "full-view-noise-0.05",
+            Self::NoBottomNoise0005 => "no-bottom-noise-0.005",
+            Self::NoBottomNoise005 => "no-bottom-noise-0.05",
             Self::Everything => "everything",
             Self::OverhangsFullView => "overhangs-full-view",
             Self::OverhangsNoBottom => "overhangs-no-bottom",
@@ -94,10 +110,10 @@ impl Column {
         let clean = ScanOptions::clean();
         let density = |pulses: f64| ScanOptions { density: Span::fixed(pulses), ..clean.clone() };
         let noise = |share: f64| ScanOptions { noise: Span::fixed(share), ..clean.clone() };
-        let single = |setup| ScanOptions { setup, footprint: 0.0, neighbours: 0.0, ..clean.clone() };
+        let single = |setup, share: f64| ScanOptions { setup, footprint: 0.0, neighbours: 0.0, ..noise(share) };
         match self {
-            Self::FullView | Self::OverhangsFullView => single(SetupChoice::FullView),
-            Self::NoBottom | Self::OverhangsNoBottom => single(SetupChoice::NoBottom),
+            Self::FullView | Self::OverhangsFullView => single(SetupChoice::FullView, 0.0),
+            Self::NoBottom | Self::OverhangsNoBottom => single(SetupChoice::NoBottom, 0.0),
             Self::Airborne1 => density(1.0),
             Self::Airborne5 => density(5.0),
             Self::Airborne10 => clean,
@@ -109,6 +125,10 @@ impl Column {
             Self::Noise0005 => noise(0.005),
             Self::Noise001 => noise(0.01),
             Self::Noise005 => noise(0.05),
+            Self::FullViewNoise0005 => single(SetupChoice::FullView, 0.005),
+            Self::FullViewNoise005 => single(SetupChoice::FullView, 0.05),
+            Self::NoBottomNoise0005 => single(SetupChoice::NoBottom, 0.005),
+            Self::NoBottomNoise005 => single(SetupChoice::NoBottom, 0.05),
             Self::Everything => ScanOptions { setup: SetupChoice::Airborne, footprint: 1.0, ..ScanOptions::training() },
         }
     }

@@ -92,7 +92,11 @@ class RasterCode(nn.Module):
             self.up.append(convolution(2 * widths[i - 1], code if last else widths[i - 1], activation=not last))
 
     def forward(self, raster):
-        level = self.stem(raster * self.factor)
+        return self.codes(raster * self.factor)
+
+    def codes(self, raster):
+        """The code of a raster that is scaled already."""
+        level = self.stem(raster)
         levels = [level]
         for down in self.down:
             level = down(level)
@@ -128,22 +132,24 @@ class Decoder(nn.Module):
             self.point = rows(patch, patch_widths)
             pooled = 2 * patch_widths[-1]
         self.head = rows(code + place + pooled, head_widths)
-        self.sign = nn.Linear(head_widths[-1], 1)
+        # What is known of the place goes straight to the sign too: near a wall or a roof that was seen it is as sharp as
+        # the vote, which the features behind two layers are not.
+        self.sign = nn.Linear(head_widths[-1] + place, 1)
         self.distance = nn.Linear(head_widths[-1], 1)
 
-    def hidden(self, code, place, patch):
-        """The features [B, H] that both answers are read from."""
-        parts = [code, (place - self.shift) * self.factor]
+    def forward(self, code, place, patch):
+        return self.answers(code, (place - self.shift) * self.factor, patch)
+
+    def answers(self, code, place, patch, pool=None):
+        """The answers [B, 2] from a place that is scaled already; `pool` stands in for `pooled`."""
+        parts = [code, place]
         if len(self.point) > 0:
             count, neighbours, channels = patch.shape
             # One matrix product over all the neighbours: a batched 1×1 convolution is slower everywhere.
-            features = self.point(patch.reshape(count * neighbours, channels)).reshape(count, neighbours, -1)
-            parts += [features.amax(dim=1), features.mean(dim=1)]
-        return self.head(torch.cat(parts, dim=1))
-
-    def forward(self, code, place, patch):
-        hidden = self.hidden(code, place, patch)
-        return torch.cat([self.sign(hidden), self.distance(hidden)], dim=1)
+            features = self.point(patch.reshape(count * neighbours, channels))
+            parts += (pool or pooled)(features.reshape(count, -1), neighbours)
+        hidden = self.head(torch.cat(parts, dim=1))
+        return torch.cat([self.sign(torch.cat([hidden, place], dim=1)), self.distance(hidden)], dim=1)
 
     def standardise(self, place):
         """Fix mean and spread of the place channels; x, y, z and flags that do not vary keep their scale."""
@@ -153,6 +159,12 @@ class Decoder(nn.Module):
         self.shift[:2] = 0.0
         spread[:2] = place[:, :2].square().mean().sqrt()
         self.factor.copy_(torch.where(spread > 1e-6, 1.0 / spread.clamp(min=0.02), torch.ones_like(spread)))
+
+
+def pooled(features, neighbours):
+    """Maximum and mean [B, W] over the neighbours of features [B, K·W]."""
+    features = features.reshape(features.shape[0], neighbours, -1)
+    return [features.amax(dim=1), features.mean(dim=1)]
 
 
 def rows(inputs, widths):

@@ -20,16 +20,64 @@ OPSET = 13
 
 
 class FieldGraph(nn.Module):
-    """The decoder as it is exported: the temperature folded in, the second answer as |d| / r."""
+    """The decoder as it is exported: temperature and scaling folded in, the second answer as |d| / r."""
 
-    def __init__(self, decoder, temperature):
+    def __init__(self, decoder, temperature, neighbours):
         super().__init__()
-        self.decoder = copy.deepcopy(decoder)
+        self.decoder, self.neighbours = copy.deepcopy(decoder), neighbours
         tempered(self.decoder.sign, temperature)
+        place = len(self.decoder.factor)
+        before = self.decoder.head[0].in_features - place
+        if self.decoder.point:
+            before -= 2 * self.decoder.point[-2].out_features
+        unscaled(self.decoder.head[0], before, self.decoder.shift, self.decoder.factor)
+        unscaled(self.decoder.sign, self.decoder.sign.in_features - place, self.decoder.shift, self.decoder.factor)
 
     def forward(self, code, place, patch):
-        hidden = self.decoder.hidden(code, place, patch)
-        return torch.cat([self.decoder.sign(hidden), torch.sigmoid(self.decoder.distance(hidden))], dim=1)
+        answers = self.decoder.answers(code, place, patch, self.pool)
+        # The head of the second answer is scaled by no temperature; only its bend is left to do.
+        return torch.cat([answers[:, :1], torch.sigmoid(answers[:, 1:])], dim=1)
+
+    def pool(self, features, _neighbours):
+        """Numbers, not the sizes of `features`: a graph must not compute them."""
+        return halving(features, self.neighbours, self.decoder.point[-2].out_features)
+
+
+class RasterGraph(nn.Module):
+    """The encoder as it is exported: the scaling of the raster folded into the first convolution, which pads with 0."""
+
+    def __init__(self, encoder):
+        super().__init__()
+        self.encoder = copy.deepcopy(encoder)
+        with torch.no_grad():
+            self.encoder.stem[0].weight.mul_(self.encoder.factor)
+
+    def forward(self, raster):
+        return self.encoder.codes(raster)
+
+
+def halving(features, neighbours, width):
+    """Maximum and mean [B, width] over the neighbours of features [B, neighbours · width], half against half.
+
+    The embedded runtime reduces number by number, an order of magnitude slower than it compares whole rows.
+    """
+    highest, total, left = features, features, neighbours
+    while left > 1:
+        pairs, rest = divmod(left, 2)
+        # The halves of an odd number overlap: the maximum does not mind.
+        highest = torch.maximum(highest[:, : (pairs + rest) * width], highest[:, pairs * width :])
+        halved = total[:, : pairs * width] + total[:, pairs * width : 2 * pairs * width]
+        total = torch.cat([halved, total[:, 2 * pairs * width :]], dim=1) if rest else halved
+        left = pairs + rest
+    return [highest, total / neighbours]
+
+
+@torch.no_grad()
+def unscaled(layer, first, shift, factor):
+    """Let a layer take its inputs from `first` on as they are, where it took (input − shift) · factor."""
+    columns = layer.weight[:, first : first + len(factor)]
+    layer.bias.sub_(columns @ (shift * factor))
+    columns.mul_(factor)
 
 
 class Points2SurfGraph(nn.Module):
@@ -83,8 +131,8 @@ def graphs(network, temperature, batch):
         code = network.encoder(raster).shape[1]
     inputs = (torch.zeros(batch, code), torch.zeros(batch, len(sizes.place_channels)), patch)
     return [
-        ("encoder.onnx", network.encoder, (raster,), ["raster"], "code"),
-        ("decoder.onnx", FieldGraph(network.decoder, temperature), inputs, ["code", "place", "patch"], "field"),
+        ("encoder.onnx", RasterGraph(network.encoder), (raster,), ["raster"], "code"),
+        ("decoder.onnx", FieldGraph(network.decoder, temperature, neighbours), inputs, ["code", "place", "patch"], "field"),
     ]
 
 

@@ -139,43 +139,47 @@ impl Occupancy for Neural {
 }
 
 impl Neural {
-    /// The mean probability of the samples of each cell. A few are asked first; where these agree the rest is spared.
+    /// The mean probability of the samples of each cell. The centroid is asked first: where the surface is farther from
+    /// it than the cell reaches, it speaks for all. Of the other cells a few samples are asked, and where these agree the
+    /// rest is spared.
     fn mean_probabilities(
         &self,
         inputs: &Inputs,
         building: &Partitioned,
         cells: &[u32],
     ) -> Result<Vec<f64>, NetworkError> {
+        let complex = &building.complex;
         let encoded = self.encode(inputs)?;
-        let median = building.complex.median_volume();
-        let samples = |cell: u32| building.complex.samples(cell, median, building.seed());
-        let ask = |who: &[usize], scouts: bool| -> Result<Vec<(usize, f64)>, NetworkError> {
+        let centroids: Vec<Point3<f64>> = cells.iter().map(|&cell| complex.cell_centroid(cell)).collect();
+        let answers = self.query(inputs, &encoded, &centroids)?;
+        let mut means: Vec<Mean> = answers.iter().map(|(answer, _)| Mean::default().and(answer)).collect();
+
+        let median = complex.median_volume();
+        let mut open = Vec::new();
+        for (slot, ((answer, radius), centroid)) in answers.iter().zip(&centroids).enumerate() {
+            let distance = f64::from(answer.distance) * radius;
+            let speaks_for_all = || {
+                let corners = complex.cell_vertices(cells[slot]);
+                let corners = corners.iter().map(|&corner| complex.vertices[corner as usize].position);
+                corners.map(|corner| (corner - centroid).norm()).all(|reach| reach < distance)
+            };
+            if !(means[slot].is_decided() && speaks_for_all()) {
+                open.push((slot, complex.samples(cells[slot], median, building.seed())));
+            }
+        }
+        for scouts in [true, false] {
             let (mut places, mut of) = (Vec::new(), Vec::new());
-            for &slot in who {
-                let all = samples(cells[slot]);
-                let count = all.len();
-                for (_, place) in all.into_iter().enumerate().filter(|(i, _)| is_scout(*i, count) == scouts) {
-                    places.push(place);
-                    of.push(slot);
-                }
+            for (slot, samples) in &open {
+                let chosen = samples.iter().enumerate().skip(1).filter(|(i, _)| is_scout(*i, samples.len()) == scouts);
+                places.extend(chosen.map(|(_, place)| *place));
+                of.resize(places.len(), *slot);
             }
-            let answers = self.query(inputs, &encoded, &places)?;
-            Ok(of.into_iter().zip(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into()))).collect())
-        };
-        let mut sums = vec![(0.0, 0.0); cells.len()];
-        let add = |sums: &mut [(f64, f64)], answers: Vec<(usize, f64)>| {
-            for (slot, probability) in answers {
-                sums[slot].0 += probability;
-                sums[slot].1 += 1.0;
+            for (slot, (answer, _)) in of.into_iter().zip(self.query(inputs, &encoded, &places)?) {
+                means[slot] = means[slot].and(&answer);
             }
-        };
-        let everyone: Vec<usize> = (0..cells.len()).collect();
-        add(&mut sums, ask(&everyone, true)?);
-        let mean = |(sum, count): (f64, f64)| if count > 0.0 { sum / count } else { 0.5 };
-        let is_undecided = |slot: &usize| (DECIDED..=1.0 - DECIDED).contains(&mean(sums[*slot]));
-        let undecided: Vec<usize> = everyone.into_iter().filter(is_undecided).collect();
-        add(&mut sums, ask(&undecided, false)?);
-        Ok(sums.into_iter().map(mean).collect())
+            open.retain(|(slot, _)| !means[*slot].is_decided());
+        }
+        Ok(means.into_iter().map(Mean::value).collect())
     }
 
     /// The paper's occupancy: sigmoid of the signed distance at the centroid times volume.
@@ -194,6 +198,28 @@ impl Neural {
             sigmoid(distance.copysign(answer.inside.into()) * volume * 1e6)
         };
         Ok(cells.iter().zip(answers).map(occupancy).collect())
+    }
+}
+
+/// The mean probability of some samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    sum: f64,
+    count: f64,
+}
+
+impl Mean {
+    fn and(self, answer: &Answer) -> Self {
+        Self { sum: self.sum + sigmoid(answer.inside.into()), count: self.count + 1.0 }
+    }
+
+    fn value(self) -> f64 {
+        self.sum / f64::max(self.count, 1.0)
+    }
+
+    /// Whether other samples would hardly change it.
+    fn is_decided(self) -> bool {
+        !(DECIDED..=1.0 - DECIDED).contains(&self.value())
     }
 }
 

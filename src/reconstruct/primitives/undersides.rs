@@ -7,6 +7,7 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
+use geo::{Area, ConvexHull, MultiPoint};
 use nalgebra::{Point2, Point3};
 
 use super::Primitive;
@@ -15,9 +16,12 @@ use super::Primitive;
 const HEADROOM: f64 = 1.0;
 /// A primitive lies under others when so much of its inliers is covered.
 const MOST: f64 = 0.5;
-/// A roof is looked for so far around a point, in spacings of the points: far enough to find a dozen points of a roof
-/// that is there however they lie, near enough for the bottom of a light well to stay open.
+/// A roof is looked for so far around a point, in spacings of the points of that roof: far enough to find a dozen of them
+/// however they lie, near enough for the bottom of a light well to stay open.
 const REACH: f64 = 2.0;
+/// But never nearer or farther than this, metres.
+const LEAST: f64 = 0.1;
+const FARTHEST: f64 = 3.0;
 /// So many inliers of a primitive are asked at most.
 const ASKED: usize = 256;
 
@@ -25,16 +29,20 @@ const ASKED: usize = 256;
 #[derive(Debug)]
 pub struct Tops<'a> {
     points: &'a [Point3<f64>],
-    /// Side of a square and radius of the neighbourhood of a point, metres.
-    reach: f64,
+    /// Per primitive, how far around a point its inliers are looked for, metres.
+    reach: Vec<f64>,
+    /// Side of a square, metres: the farthest reach.
+    side: f64,
     /// Per square, its inliers with their primitives, and the height of the highest of them.
     squares: HashMap<[i64; 2], (f64, Vec<(u32, usize)>)>,
 }
 
 impl<'a> Tops<'a> {
-    /// The inliers of some primitives whose points lie about `spacing` metres apart in the plan.
-    pub fn new(points: &'a [Point3<f64>], primitives: &[Primitive], spacing: f64) -> Self {
-        let mut tops = Self { points, reach: (REACH * spacing).max(0.1), squares: HashMap::new() };
+    /// The inliers of some primitives.
+    pub fn new(points: &'a [Point3<f64>], primitives: &[Primitive]) -> Self {
+        let reach: Vec<f64> = primitives.iter().map(|primitive| reach(points, primitive)).collect();
+        let side = reach.iter().copied().fold(LEAST, f64::max);
+        let mut tops = Self { points, reach, side, squares: HashMap::new() };
         for (label, primitive) in primitives.iter().enumerate() {
             for &index in &primitive.inliers {
                 let Some(point) = points.get(index as usize) else { continue };
@@ -67,9 +75,10 @@ impl<'a> Tops<'a> {
             if *highest <= point.z + HEADROOM {
                 continue;
             }
-            for top in inliers.iter().filter(|(_, other)| *other != label).map(|&(i, _)| &self.points[i as usize]) {
+            for &(index, other) in inliers.iter().filter(|(_, other)| *other != label) {
+                let top = &self.points[index as usize];
                 let offset = top.xy() - point.xy();
-                if top.z > point.z + HEADROOM && offset.norm_squared() <= self.reach * self.reach {
+                if top.z > point.z + HEADROOM && offset.norm() <= self.reach[other] {
                     directions.push(offset.y.atan2(offset.x));
                 }
             }
@@ -81,8 +90,16 @@ impl<'a> Tops<'a> {
     }
 
     fn square(&self, p: &Point2<f64>) -> [i64; 2] {
-        [(p.x / self.reach).floor() as i64, (p.y / self.reach).floor() as i64]
+        [(p.x / self.side).floor() as i64, (p.y / self.side).floor() as i64]
     }
+}
+
+/// How far around a point the inliers of a primitive are looked for, metres.
+fn reach(points: &[Point3<f64>], primitive: &Primitive) -> f64 {
+    let inliers = primitive.inliers.iter().filter_map(|&i| points.get(i as usize));
+    let plan: MultiPoint<f64> = inliers.map(|p| (p.x, p.y)).collect();
+    let spacing = (plan.convex_hull().unsigned_area() / plan.0.len().max(1) as f64).sqrt();
+    (REACH * spacing).clamp(LEAST, FARTHEST)
 }
 
 #[cfg(test)]
@@ -110,7 +127,7 @@ mod tests {
         let strip = sheet(&mut points, [14, 16], [0, 8], 2.0);
         let other = sheet(&mut points, [16, 20], [0, 8], 9.0);
         let primitives = [roof, soffit, annexe, strip, other];
-        let tops = Tops::new(&points, &primitives, 0.5);
+        let tops = Tops::new(&points, &primitives);
         let found: Vec<bool> = primitives.iter().enumerate().map(|(i, p)| tops.cover(p, i)).collect();
         assert_eq!(found, [false, true, false, false, false]);
     }

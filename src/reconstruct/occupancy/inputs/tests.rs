@@ -64,9 +64,11 @@ fn a_place_under_a_flat_roof_is_described_as_by_hand() {
             below / 22.0,
             (below / 2.0).tanh(),
             (below / 0.3).tanh(),
+            (below / 0.05).tanh(),
             1.0,
             (within / 2.0).tanh(),
             (within / 0.3).tanh(),
+            (within / 0.05).tanh(),
         ],
     );
 }
