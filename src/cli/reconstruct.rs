@@ -186,6 +186,7 @@ impl Args {
         let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
         Ok(Job {
             tiles: self.tiles,
+            fed: None,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
             output: self.output,
             overwrite: self.overwrite,

@@ -12,6 +12,7 @@
 
 mod buildings;
 mod checkpoint;
+mod feed;
 mod guard;
 mod identity;
 mod job;
@@ -32,6 +33,7 @@ use crate::site::Site;
 
 use journal::Journal;
 
+pub use feed::{Fed, Feed};
 pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};

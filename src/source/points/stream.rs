@@ -63,6 +63,11 @@ impl Tile {
         if layout.points == 0 {
             return Ok(reading);
         }
+        if let Some(spill) = &self.spill {
+            let mut out = Output { block: self.block(), reading: &mut reading, visit };
+            self.stream_records(&mut spill.reader(), &mut out);
+            return Ok(reading);
+        }
         let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         let mut file = BufReader::with_capacity(1 << 16, file);
         let mut out = Output { block: self.block(), reading: &mut reading, visit };
@@ -89,7 +94,7 @@ impl Tile {
     }
 
     /// Uncompressed records: as many as the file holds.
-    fn stream_records(&self, file: &mut BufReader<File>, out: &mut Output) {
+    fn stream_records(&self, file: &mut (impl Read + Seek), out: &mut Output) {
         let layout = self.layout();
         let held = (layout.file_size - layout.data_start) / layout.record_len as u64;
         let mut left = layout.points.min(held);
