@@ -17,12 +17,13 @@
 //! - [`validate`] decides whether a solid may be written.
 //! - [`sink`] writes models, one file per format.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
+//! - [`pipeline`] runs PDAL's pipelines, with a stage that does all this.
 //! - [`evaluate`] measures how good a model is.
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //!
-//! A lower floor never imports a higher one: `cli → {run, trial} → simulate → {source, segment, sink, network} →
+//! A lower floor never imports a higher one: `cli → {pipeline, trial} → {run, simulate} → {source, segment, sink, network} →
 //! reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
@@ -32,6 +33,7 @@ pub mod error;
 pub mod evaluate;
 pub mod geometry;
 pub mod network;
+pub mod pipeline;
 pub mod reconstruct;
 pub mod report;
 pub mod run;

@@ -12,9 +12,11 @@ mod flags;
 mod info;
 mod interrupt;
 mod output;
+mod pipeline;
 mod progress;
 mod reconstruct;
 mod simulate;
+mod stages;
 mod summary;
 mod trial;
 mod validate;
@@ -37,6 +39,8 @@ Examples:
     gable reconstruct tiles/*.laz --footprints footprints.gpkg -o city.city.json
   How well does it fit the points?
     gable evaluate city.city.json --points tiles/*.laz
+  PDAL's pipelines, with gable in them:
+    gable pipeline pipelines/quickstart.json
   Is it valid, or any other city model?
     gable validate city.city.json
 
@@ -64,6 +68,10 @@ struct Cli {
 enum Command {
     /// Reconstruct the buildings of footprints from airborne points
     Reconstruct(Box<reconstruct::Args>),
+    /// Run a pipeline in PDAL's grammar
+    Pipeline(pipeline::Args),
+    /// List the stages of pipelines, or the options of one
+    Stages(stages::Args),
     /// Say what is in tiles and footprint files
     Info(info::Args),
     /// Measure a city model: its faces and faults, its distance to points and to a reference model; or fields, on scans
@@ -77,7 +85,7 @@ enum Command {
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(pipeline::spell_out(std::env::args_os())) {
         Ok(cli) => cli,
         Err(message) => {
             // Nobody is left to tell if the terminal is gone.
@@ -88,6 +96,8 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),
+        Command::Pipeline(args) => pipeline::main(&args),
+        Command::Stages(args) => stages::main(&args),
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),

@@ -12,6 +12,7 @@
 
 mod buildings;
 mod checkpoint;
+mod checks;
 mod feed;
 mod guard;
 mod identity;
@@ -33,6 +34,7 @@ use crate::site::Site;
 
 use journal::Journal;
 
+pub use checks::{MOST_THREADS, recording_date};
 pub use feed::{Fed, Feed};
 pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};

@@ -106,7 +106,7 @@ fn corners_and_centre([x0, y0, x1, y1]: [f64; 4]) -> Vec<[f64; 2]> {
 }
 
 /// West, south, east, north of an extent, by the geographic CRS beneath: near enough to choose an operation by area.
-fn degrees(crs: &Object, extent: [f64; 4]) -> Option<[f64; 4]> {
+pub(super) fn degrees(crs: &Object, extent: [f64; 4]) -> Option<[f64; 4]> {
     let geographic = match crs.kind() {
         Kind::Bound => crs.source_crs()?.geodetic_crs()?,
         _ => crs.geodetic_crs()?,

@@ -90,6 +90,11 @@ impl Block {
         self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r)).map(|r| self.decode(r))
     }
 
+    /// The records, without those with absurd coordinates, as they stand in the file.
+    pub fn records(&self) -> impl Iterator<Item = &[u8]> + '_ {
+        self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r))
+    }
+
     fn is_plausible(&self, record: &[u8]) -> bool {
         match &self.records {
             Records::Las { plausible, .. } => (0..3).all(|axis| {

@@ -146,4 +146,31 @@ impl Object {
             );
         }
     }
+
+    /// The same with heights.
+    pub(in crate::source::crs) fn transform_spatial(&self, points: &mut [[f64; 3]]) {
+        let (count, stride) = (points.len(), size_of::<[f64; 3]>());
+        let Some(first) = points.first_mut() else { return };
+        let x = first.as_mut_ptr();
+        // SAFETY: `x`, `x + 1` and `x + 2` are the first of `count` numbers each, `stride` bytes apart, all inside `points`,
+        // which is borrowed mutably; t is absent. The object is live and not shared between threads.
+        unsafe {
+            proj_trans_generic(
+                self.raw,
+                PJ_DIRECTION_PJ_FWD,
+                x,
+                stride,
+                count,
+                x.add(1),
+                stride,
+                count,
+                x.add(2),
+                stride,
+                count,
+                ptr::null_mut(),
+                0,
+                0,
+            );
+        }
+    }
 }

@@ -1,0 +1,1 @@
+//! Whole pipelines on small clouds whose results follow by hand.
