@@ -216,7 +216,15 @@ mod tests {
         assert!(!area.has([10.1, 0.0, 0.0]) && !area.has([0.0, -5.6, 0.0]));
         let area = Area::of_bounds(" ( [0,1], [0,1], [2, 3] ) ").unwrap();
         assert!(area.has([0.5, 0.5, 2.0]) && !area.has([0.5, 0.5, 1.9]));
-        for bad in ["", "0,1,0,1", "([0,1])", "([0,1],[2,1])", "([0,1],[0,x])", "([0,1],[0,1],[0,1],[0,1])", "([0,1],[0,1])/EPSG:7415"] {
+        for bad in [
+            "",
+            "0,1,0,1",
+            "([0,1])",
+            "([0,1],[2,1])",
+            "([0,1],[0,x])",
+            "([0,1],[0,1],[0,1],[0,1])",
+            "([0,1],[0,1])/EPSG:7415",
+        ] {
             assert!(Area::of_bounds(bad).is_err(), "{bad}");
         }
     }
@@ -229,7 +237,14 @@ mod tests {
         assert!(!area.has([5.0, 5.0, 0.0]) && !area.has([11.0, 5.0, 0.0]));
         let area = Area::of_wkt("multipolygon z(((0 0 1,1 0 1,1 1 1,0 0 1)),((5 5 1,6 5 1,6 6 1,5 5 1)))").unwrap();
         assert!(area.has([0.9, 0.1, 0.0]) && area.has([5.9, 5.1, 0.0]) && !area.has([3.0, 3.0, 0.0]));
-        for bad in ["", "POINT(0 0)", "POLYGON((0 0, 1 0))", "POLYGON((0 0, 1 0, 1 1, 0 0)", "POLYGON((0 0, 1 a, 1 1, 0 0))", "POLYGON((0 0, 1 0, 1 1, 0 0)) x"] {
+        for bad in [
+            "",
+            "POINT(0 0)",
+            "POLYGON((0 0, 1 0))",
+            "POLYGON((0 0, 1 0, 1 1, 0 0)",
+            "POLYGON((0 0, 1 a, 1 1, 0 0))",
+            "POLYGON((0 0, 1 0, 1 1, 0 0)) x",
+        ] {
             assert!(Area::of_wkt(bad).is_err(), "{bad}");
         }
     }

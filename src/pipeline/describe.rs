@@ -57,7 +57,10 @@ pub fn stage(kind: &StageKind) -> String {
     wrap("Name of the stage, by which others can name it as an input", &mut out);
     if kind.role != Role::Reader {
         out += "  inputs NAMES\n";
-        wrap("Tags of the stages whose points it takes; all before it whose points nobody takes, when not given", &mut out);
+        wrap(
+            "Tags of the stages whose points it takes; all before it whose points nobody takes, when not given",
+            &mut out,
+        );
     }
     let elsewhere: Vec<&str> = kind.elsewhere.iter().copied().filter(|name| *name != "option_file").collect();
     if !elsewhere.is_empty() {
@@ -109,12 +112,15 @@ pub fn schema() -> String {
         definitions.insert(kind.name.to_owned(), stage_schema(kind));
         variants.push(json!({ "$ref": format!("#/$defs/{}", kind.name) }));
     }
-    definitions.insert("stages".to_owned(), json!({
-        "type": "array",
-        "minItems": 1,
-        "items": { "anyOf": variants },
-        "description": "Stages; each takes the points of those before it whose points nobody takes",
-    }));
+    definitions.insert(
+        "stages".to_owned(),
+        json!({
+            "type": "array",
+            "minItems": 1,
+            "items": { "anyOf": variants },
+            "description": "Stages; each takes the points of those before it whose points nobody takes",
+        }),
+    );
     let schema = json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "gable pipeline",
@@ -247,7 +253,12 @@ mod tests {
             let table = kind.table();
             for (i, spec) in table.iter().enumerate() {
                 assert!(!spec.help.is_empty() && !spec.help.ends_with('.'), "{} {}", kind.name, spec.name);
-                assert!(!table[..i].iter().any(|other| other.is_called(&spec.name)), "{} {} twice", kind.name, spec.name);
+                assert!(
+                    !table[..i].iter().any(|other| other.is_called(&spec.name)),
+                    "{} {} twice",
+                    kind.name,
+                    spec.name
+                );
                 let is_accepted = spec.default.is_null() || spec.kind.accept(&spec.default).is_some();
                 assert!(is_accepted, "{} {}: {}", kind.name, spec.name, spec.default);
                 assert!(!kind.elsewhere.contains(&spec.name.as_str()), "{} {} is not elsewhere", kind.name, spec.name);

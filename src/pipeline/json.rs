@@ -12,15 +12,17 @@ use crate::error::InputError;
 /// Where the text is no JSON.
 pub fn parse(text: &str, file: &Path) -> Result<Value, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let plain = blank_comments(text).map_err(|line| {
-        InputError::new(file, "a comment without an end", "`*/`").at(format!("line {line}"))
-    })?;
+    let plain = blank_comments(text)
+        .map_err(|line| InputError::new(file, "a comment without an end", "`*/`").at(format!("line {line}")))?;
     serde_json::from_str(&plain).map_err(|fault| {
         let reason = fault.to_string();
         let reason = reason.split(" at line ").next().unwrap_or_default();
         let reason = if fault.is_eof() { "the end of the file" } else { reason };
-        InputError::new(file, reason, "JSON, in which comments are allowed")
-            .at(format!("line {}, column {}", fault.line(), fault.column()))
+        InputError::new(file, reason, "JSON, in which comments are allowed").at(format!(
+            "line {}, column {}",
+            fault.line(),
+            fault.column()
+        ))
     })
 }
 
@@ -89,7 +91,8 @@ mod tests {
 
     #[test]
     fn comments_are_blanks() {
-        let text = "// first\n{ /* one\n two */ \"a\": \"no // comment /* here */ \\\" //\", \"b\": [1 /**/, 2] } // end";
+        let text =
+            "// first\n{ /* one\n two */ \"a\": \"no // comment /* here */ \\\" //\", \"b\": [1 /**/, 2] } // end";
         let value = parse(text, Path::new("p.json")).unwrap();
         assert_eq!(value, json!({"a": "no // comment /* here */ \" //", "b": [1, 2]}));
     }

@@ -255,8 +255,9 @@ fn with_filename(options: &Map<String, Value>, file: PathBuf) -> Map<String, Val
 
 /// The files that a pattern matches, sorted.
 fn matches(pattern: &str, place: &Place) -> Result<Vec<PathBuf>> {
-    let paths = glob::glob(pattern)
-        .map_err(|e| place.fault(format!("the pattern `{pattern}`: {}", e.msg), "a glob pattern such as tiles/*.laz"))?;
+    let paths = glob::glob(pattern).map_err(|e| {
+        place.fault(format!("the pattern `{pattern}`: {}", e.msg), "a glob pattern such as tiles/*.laz")
+    })?;
     let mut files = Vec::new();
     for path in paths {
         let path = path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?;
@@ -351,7 +352,10 @@ mod tests {
     #[test]
     fn unknown_names_name_the_nearest() {
         let unknown = fault(r#"["a.las", {"type": "filters.crp"}]"#);
-        assert!(unknown.starts_with("p.json, stage 2 (filters.crp)") && unknown.contains("`filters.crop`"), "{unknown}");
+        assert!(
+            unknown.starts_with("p.json, stage 2 (filters.crp)") && unknown.contains("`filters.crop`"),
+            "{unknown}"
+        );
         let option = fault(r#"["a.las", {"type": "filters.crop", "bound": "([0,1],[0,1])"}]"#);
         assert!(option.contains("`bounds`"), "{option}");
         let elsewhere = fault(r#"["a.las", {"type": "filters.smrf"}]"#);

@@ -198,7 +198,8 @@ impl Node {
     /// Finds the dimensions of the condition of the stage.
     fn bind(&mut self, planned: &Planned) -> Result<()> {
         if let Some(condition) = &planned.condition {
-            let bound = condition.bind(&self.incoming.layout).map_err(|misfit| planned.values.misfit("where", misfit))?;
+            let bound =
+                condition.bind(&self.incoming.layout).map_err(|misfit| planned.values.misfit("where", misfit))?;
             self.condition = Some(bound);
         }
         Ok(())
@@ -370,4 +371,3 @@ pub fn validate(plan: Result<Plan>, observer: &dyn Observer) -> Value {
         Err(error) => json!({ "valid": false, "streamable": false, "error_detail": error.to_string() }),
     }
 }
-

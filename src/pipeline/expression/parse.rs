@@ -269,7 +269,10 @@ fn tokens(text: &str) -> Result<Vec<Token>, Misfit> {
         } else if first == '=' {
             (Some(Word::Sign("=")), 1)
         } else {
-            return Err(Misfit::new(format!("`{first}` at character {at}"), "names, numbers, `&& || ! == != < <= > >=`"));
+            return Err(Misfit::new(
+                format!("`{first}` at character {at}"),
+                "names, numbers, `&& || ! == != < <= > >=`",
+            ));
         };
         tokens.extend(what.map(|what| Token { what, at }));
         at += rest[..bytes].chars().count();

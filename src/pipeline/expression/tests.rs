@@ -63,5 +63,8 @@ fn what_cannot_be_meant_is_told_with_its_place() {
 
     let layout = points(&[1]).layout().clone();
     let missing = Condition::parse("Clasification == 2").unwrap().bind(&layout).unwrap_err();
-    assert!(missing.found.contains("`Clasification`") && missing.expected.starts_with("`Classification`"), "{missing:?}");
+    assert!(
+        missing.found.contains("`Clasification`") && missing.expected.starts_with("`Classification`"),
+        "{missing:?}"
+    );
 }

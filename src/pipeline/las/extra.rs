@@ -41,7 +41,8 @@ impl ExtraDimension {
                 continue;
             }
             // Codes 11 to 20 are pairs and 21 to 30 triples of the types 1 to 10.
-            let (Some(kind), elements) = (NumberType::of_las_code((code - 1) % 10 + 1), usize::from((code - 1) / 10 + 1))
+            let (Some(kind), elements) =
+                (NumberType::of_las_code((code - 1) % 10 + 1), usize::from((code - 1) / 10 + 1))
             else {
                 break;
             };
@@ -56,7 +57,10 @@ impl ExtraDimension {
                 }
                 let double = |start: usize| {
                     let start = start + 8 * element;
-                    description.get(start..).and_then(|bytes| bytes.first_chunk()).map_or(0.0, |b| f64::from_le_bytes(*b))
+                    description
+                        .get(start..)
+                        .and_then(|bytes| bytes.first_chunk())
+                        .map_or(0.0, |b| f64::from_le_bytes(*b))
                 };
                 let scale = if options & HAS_SCALE != 0 { double(112) } else { 1.0 };
                 let offset = if options & HAS_OFFSET != 0 { double(136) } else { 0.0 };
@@ -81,12 +85,7 @@ impl ExtraDimension {
             }
             data.extend_from_slice(&description);
         }
-        Vlr {
-            user_id: USER_ID.to_owned(),
-            record_id: RECORD_ID,
-            description: "Extra bytes".to_owned(),
-            data,
-        }
+        Vlr { user_id: USER_ID.to_owned(), record_id: RECORD_ID, description: "Extra bytes".to_owned(), data }
     }
 }
 

@@ -159,7 +159,8 @@ impl Kind {
             },
             Self::Names => {
                 let texts = texts(value)?;
-                let names = texts.iter().flat_map(|text| text.split(',')).map(str::trim).filter(|name| !name.is_empty());
+                let names =
+                    texts.iter().flat_map(|text| text.split(',')).map(str::trim).filter(|name| !name.is_empty());
                 Some(names.map(|name| Value::String(name.to_owned())).collect())
             }
             Self::Texts => Some(texts(value)?.into_iter().map(Value::String).collect()),

@@ -61,7 +61,9 @@ impl OptionSpec {
 
     /// Whether it goes by this name; dashes are underscores.
     pub fn is_called(&self, name: &str) -> bool {
-        let same = |own: &str| own.len() == name.len() && own.bytes().zip(name.bytes()).all(|(a, b)| a == b || (a, b) == (b'_', b'-'));
+        let same = |own: &str| {
+            own.len() == name.len() && own.bytes().zip(name.bytes()).all(|(a, b)| a == b || (a, b) == (b'_', b'-'))
+        };
         same(&self.name) || self.aliases.iter().any(|alias| same(alias))
     }
 }

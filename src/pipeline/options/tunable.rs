@@ -104,10 +104,7 @@ pub fn tunings<T: Tunable>() -> Vec<Tuning> {
 ///
 /// # Errors
 /// The name of the field whose value the structure does not take, and why.
-pub fn tuned<'a, T: Tunable>(
-    structure: &T,
-    given: impl Fn(&str) -> Option<&'a Value>,
-) -> Result<T, (String, String)> {
+pub fn tuned<'a, T: Tunable>(structure: &T, given: impl Fn(&str) -> Option<&'a Value>) -> Result<T, (String, String)> {
     let mut structure = structure.clone();
     for tuning in tunings::<T>() {
         let Some(value) = given(&tuning.name) else { continue };

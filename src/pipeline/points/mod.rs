@@ -30,8 +30,8 @@ impl Dimension {
 /// The type that a dimension has by its name, for those that every program knows; others are doubles.
 pub fn usual_type(name: &str) -> NumberType {
     match name {
-        "Classification" | "ReturnNumber" | "NumberOfReturns" | "ScanDirectionFlag" | "EdgeOfFlightLine" | "UserData"
-        | "ScanChannel" | "Synthetic" | "KeyPoint" | "Withheld" | "Overlap" => NumberType::U8,
+        "Classification" | "ReturnNumber" | "NumberOfReturns" | "ScanDirectionFlag" | "EdgeOfFlightLine"
+        | "UserData" | "ScanChannel" | "Synthetic" | "KeyPoint" | "Withheld" | "Overlap" => NumberType::U8,
         "Intensity" | "PointSourceId" | "Red" | "Green" | "Blue" | "Infrared" => NumberType::U16,
         "ScanAngleRank" => NumberType::F32,
         _ => NumberType::F64,

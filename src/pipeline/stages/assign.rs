@@ -31,7 +31,11 @@ fn options() -> Vec<OptionSpec> {
             Kind::Texts,
             "Older form: a range and the value that its dimension gets within it, such as Classification[:]=2",
         ),
-        OptionSpec::new("condition", Kind::Text, "Older form: the range within which `assignment` acts, such as Z[0:10]"),
+        OptionSpec::new(
+            "condition",
+            Kind::Text,
+            "Older form: the range within which `assignment` acts, such as Z[0:10]",
+        ),
     ]
 }
 
@@ -58,7 +62,13 @@ fn build(values: &Values) -> Result<Stage> {
     }
     let condition = values.text("condition").map(Range::parse_list).transpose();
     let condition = condition.map_err(|m| values.misfit("condition", m))?;
-    Ok(Stage::Filter(Box::new(AssignFilter { values: values.clone(), steps, condition, bound: Vec::new(), within: None })))
+    Ok(Stage::Filter(Box::new(AssignFilter {
+        values: values.clone(),
+        steps,
+        condition,
+        bound: Vec::new(),
+        within: None,
+    })))
 }
 
 /// What stands behind a range: `=`, a number, and perhaps a comma and more.

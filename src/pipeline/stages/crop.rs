@@ -25,7 +25,11 @@ pub const KIND: StageKind = StageKind {
 
 fn options() -> Vec<OptionSpec> {
     vec![
-        OptionSpec::new("bounds", Kind::Texts, "Box ([xmin, xmax], [ymin, ymax]), perhaps with [zmin, zmax]; or several"),
+        OptionSpec::new(
+            "bounds",
+            Kind::Texts,
+            "Box ([xmin, xmax], [ymin, ymax]), perhaps with [zmin, zmax]; or several",
+        ),
         OptionSpec::new("polygon", Kind::Texts, "Polygon as WKT, or several"),
         OptionSpec::new("point", Kind::Texts, "Place as WKT, or several; with `distance`"),
         OptionSpec::new("distance", Kind::at_least(0.0), "Radius around `point`; a place with a height makes a sphere"),
@@ -101,7 +105,8 @@ impl Crop {
         };
         let extent = area.extent();
         let extent = [extent.min[0], extent.min[1], extent.max[0], extent.max[1]];
-        let fault = |reason: String| self.values.place().fault(reason, "a CRS from which areas can be brought to the points");
+        let fault =
+            |reason: String| self.values.place().fault(reason, "a CRS from which areas can be brought to the points");
         let transformer = Transformer::new(from, to, Some(extent)).map_err(fault)?;
         let polygons = polygons.map_coords(|Coord { x, y }| {
             let mut place = [[x, y]];

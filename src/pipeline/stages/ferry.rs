@@ -18,7 +18,8 @@ pub const KIND: StageKind = StageKind {
 };
 
 fn options() -> Vec<OptionSpec> {
-    let help = "What goes where, such as `Z=>Height, =>Mark`; a dimension that is missing is made, without a source as zero";
+    let help =
+        "What goes where, such as `Z=>Height, =>Mark`; a dimension that is missing is made, without a source as zero";
     vec![OptionSpec::new("dimensions", Kind::Names, help).required()]
 }
 
@@ -76,7 +77,11 @@ impl Filter for FerryFilter {
                 if !points.column_mut(to).set(i, value) {
                     let to = &points.layout().dimensions()[to];
                     let expected = format!("values of the type {}, which {} has", to.kind, to.name);
-                    return Err(self.values.place().fault(format!("the value {value} for {}", to.name), expected).into());
+                    return Err(self
+                        .values
+                        .place()
+                        .fault(format!("the value {value} for {}", to.name), expected)
+                        .into());
                 }
             }
         }

@@ -25,10 +25,18 @@ const HEIGHT: &str = "HeightAboveGround";
 
 fn options() -> Vec<OptionSpec> {
     vec![
-        OptionSpec::new("count", Kind::whole(1, 1_000_000), "Number of ground points whose heights are averaged, nearer ones more")
-            .or(1),
-        OptionSpec::new("max_distance", Kind::number(), "With several: ground points further off do not count; 0 for no limit")
-            .or(0.0),
+        OptionSpec::new(
+            "count",
+            Kind::whole(1, 1_000_000),
+            "Number of ground points whose heights are averaged, nearer ones more",
+        )
+        .or(1),
+        OptionSpec::new(
+            "max_distance",
+            Kind::number(),
+            "With several: ground points further off do not count; 0 for no limit",
+        )
+        .or(0.0),
         OptionSpec::new(
             "allow_extrapolation",
             Kind::Boolean,
@@ -39,6 +47,7 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     let count = usize::try_from(values.whole("count").unwrap_or(1)).unwrap_or(usize::MAX);
     Ok(Stage::Whole(Box::new(HeightAboveGround {
@@ -85,9 +94,10 @@ impl HeightAboveGround {
 
 impl Whole for HeightAboveGround {
     fn prepare(&mut self, flow: &mut Flow) -> Result<()> {
-        let class = flow.layout.require("Classification").map_err(|known| {
-            self.values.place().fault("points without the dimension `Classification`", known)
-        })?;
+        let class = flow
+            .layout
+            .require("Classification")
+            .map_err(|known| self.values.place().fault("points without the dimension `Classification`", known))?;
         self.places = [class, flow.layout.add(HEIGHT, NumberType::F64)];
         Ok(())
     }
@@ -99,7 +109,10 @@ impl Whole for HeightAboveGround {
         let places: Vec<[f64; 2]> = ground.iter().map(|&i| plan(i)).collect();
         let tree = ImmutableKdTree::<f64, 2>::new_from_slice(&places).ok();
         let (Some(tree), Some(wanted)) = (tree, NonZero::new(self.count.min(places.len()))) else {
-            context.warn(&format!("filters.hag_nn: no point is of class {}, so all heights above ground are 0", self.class));
+            context.warn(&format!(
+                "filters.hag_nn: no point is of class {}, so all heights above ground are 0",
+                self.class
+            ));
             return Ok(vec![points]);
         };
         let heights: Vec<f64> = ground.iter().map(|&i| points.get(2, i)).collect();

@@ -20,6 +20,7 @@ fn options() -> Vec<OptionSpec> {
     vec![OptionSpec::new("count", Kind::count(), "How many").or(10)]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     Ok(Stage::Filter(Box::new(HeadFilter { count: values.whole("count").unwrap_or(0), seen: 0 })))
 }

@@ -131,7 +131,13 @@ impl LasWriter {
             let high = values().fold(f64::NEG_INFINITY, f64::max);
             let offset = match self.settings.offset[axis] {
                 Number::Is(offset) => offset,
-                Number::Auto => if low.is_finite() { low } else { 0.0 },
+                Number::Auto => {
+                    if low.is_finite() {
+                        low
+                    } else {
+                        0.0
+                    }
+                }
             };
             let scale = match self.settings.scale[axis] {
                 Number::Is(scale) => scale,
@@ -144,7 +150,8 @@ impl LasWriter {
 
     fn open(&mut self, crs: Option<Arc<Crs>>, transforms: [Transform; 3], context: &Context<'_>) -> Result<OpenFile> {
         let path = self.path();
-        let fault = |e: las::Error| InputError::new(&path, e.to_string(), "a version and a point format that go together");
+        let fault =
+            |e: las::Error| InputError::new(&path, e.to_string(), "a version and a point format that go together");
         let settings = &self.settings;
         let mut builder = Builder::from((1, settings.minor_version));
         builder.point_format = las::point::Format::new(settings.format).map_err(fault)?;
@@ -229,7 +236,8 @@ impl LasWriter {
         encoded.map_err(|unfit| self.unfit(&unfit, &open.path))?;
         let header = open.writer.header();
         if is_legacy && header.number_of_points() + points.len() as u64 > u64::from(u32::MAX) {
-            let fault = InputError::new(&open.path, "more points than 4 294 967 295", "as many as the point format holds");
+            let fault =
+                InputError::new(&open.path, "more points than 4 294 967 295", "as many as the point format holds");
             return Err(fault.remedy("Set `dataformat_id` to 6 or more").into());
         }
         let data = PointDataBuilder::new().for_header(header).build_from_bytes(bytes);
@@ -245,12 +253,13 @@ impl LasWriter {
             Some(_) => {
                 let expected = "a coordinate that fits into 32 bits with the scale and the offset of the file";
                 let name = unfit.dimension.to_lowercase();
-                            InputError::new(path, found, expected)
+                InputError::new(path, found, expected)
                     .remedy(format!("Set `offset_{name}` or `scale_{name}`, perhaps to \"auto\""))
             }
             None => {
                 let expected = format!("a value that point format {} can hold", self.settings.format);
-                InputError::new(path, found, expected).remedy("Set `dataformat_id`, or change the value with filters.assign")
+                InputError::new(path, found, expected)
+                    .remedy("Set `dataformat_id`, or change the value with filters.assign")
             }
         };
         fault.at(self.values.place().stage.clone())

@@ -25,6 +25,7 @@ fn options() -> Vec<OptionSpec> {
     vec![OptionSpec::new("filename", Kind::File, "CityJSON or CityJSONSeq file").required()]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     let path = values.text("filename").unwrap_or_default().into();
     Ok(Stage::Reader(Box::new(ModelReader { path })))

@@ -37,7 +37,8 @@ fn options() -> Vec<OptionSpec> {
     let text = |name: &'static str, help: &'static str| OptionSpec::new(name, Kind::Text, help);
     let switch = |name: &'static str, help: &'static str| OptionSpec::new(name, Kind::Boolean, help).or(false);
     let mut options = vec![
-        OptionSpec::new("filename", Kind::File, "City model; the extension chooses the format, such as .city.json").required(),
+        OptionSpec::new("filename", Kind::File, "City model; the extension chooses the format, such as .city.json")
+            .required(),
         OptionSpec::new(
             "footprints",
             Kind::File,
@@ -58,11 +59,22 @@ fn options() -> Vec<OptionSpec> {
             "Classes of building points, such as 1,6; `any` for clouds that are not classified",
         )
         .or(segmentation.building_classes.to_string()),
-        OptionSpec::new("ground_class", Kind::Names, "Classes of ground points")
-            .or(segmentation.ground_classes.iter().map(u8::to_string).collect::<Vec<_>>().join(",")),
+        OptionSpec::new("ground_class", Kind::Names, "Classes of ground points").or(segmentation
+            .ground_classes
+            .iter()
+            .map(u8::to_string)
+            .collect::<Vec<_>>()
+            .join(",")),
         text("point_cloud_source", "Name of the point cloud, such as AHN3; an attribute of every building"),
-        text("point_cloud_date", "When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building"),
-        OptionSpec::new("jobs", Kind::whole(1, run::MOST_THREADS), "Number of threads; one per processor when it is not given"),
+        text(
+            "point_cloud_date",
+            "When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building",
+        ),
+        OptionSpec::new(
+            "jobs",
+            Kind::whole(1, run::MOST_THREADS),
+            "Number of threads; one per processor when it is not given",
+        ),
     ];
     options.extend(tunings::<FieldOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<SegmentOptions>().into_iter().map(OptionSpec::from));

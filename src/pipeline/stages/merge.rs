@@ -19,6 +19,7 @@ fn options() -> Vec<OptionSpec> {
     Vec::new()
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(_values: &Values) -> Result<Stage> {
     Ok(Stage::Merge)
 }

@@ -42,6 +42,7 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     let count = |name: &str| usize::try_from(values.whole(name).unwrap_or(0)).unwrap_or(usize::MAX);
     let number = |name: &str| values.number(name).unwrap_or_default();
@@ -74,7 +75,8 @@ impl Method {
         };
         // The point itself comes first.
         let wanted = wanted.saturating_add(1).min(positions.len());
-        let (Ok(tree), Some(wanted)) = (ImmutableKdTree::<f64, 3>::new_from_slice(positions), NonZero::new(wanted)) else {
+        let (Ok(tree), Some(wanted)) = (ImmutableKdTree::<f64, 3>::new_from_slice(positions), NonZero::new(wanted))
+        else {
             return vec![false; positions.len()];
         };
         let squares = |position: &[f64; 3]| -> Vec<f64> {

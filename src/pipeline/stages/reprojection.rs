@@ -24,9 +24,14 @@ pub const KIND: StageKind = StageKind {
 fn options() -> Vec<OptionSpec> {
     vec![
         OptionSpec::new("in_srs", Kind::Text, "CRS of the points, whatever they say"),
-        OptionSpec::new("out_srs", Kind::Text, "CRS that they are taken to, such as EPSG:7415 or EPSG:2154+5720").required(),
-        OptionSpec::new("error_on_failure", Kind::Boolean, "Whether a point that cannot be taken there is an error, not dropped")
-            .or(false),
+        OptionSpec::new("out_srs", Kind::Text, "CRS that they are taken to, such as EPSG:7415 or EPSG:2154+5720")
+            .required(),
+        OptionSpec::new(
+            "error_on_failure",
+            Kind::Boolean,
+            "Whether a point that cannot be taken there is an error, not dropped",
+        )
+        .or(false),
     ]
 }
 
@@ -133,7 +138,10 @@ impl Filter for Reprojection {
             }
         }
         if self.lost > 0 {
-            context.warn(&format!("filters.reprojection: {} points cannot be taken to {} and are dropped", self.lost, self.to));
+            context.warn(&format!(
+                "filters.reprojection: {} points cannot be taken to {} and are dropped",
+                self.lost, self.to
+            ));
         }
     }
 }
@@ -152,5 +160,6 @@ fn moved(area: &Extent, way: &SpatialTransformer) -> Option<Extent> {
     let mut ys = corners.map(|corner| corner[1]);
     xs.sort_by(f64::total_cmp);
     ys.sort_by(f64::total_cmp);
-    (xs[1] <= xs[2] && ys[1] <= ys[2]).then_some(Extent { min: [xs[1], ys[1], f64::NEG_INFINITY], max: [xs[2], ys[2], f64::INFINITY] })
+    (xs[1] <= xs[2] && ys[1] <= ys[2])
+        .then_some(Extent { min: [xs[1], ys[1], f64::NEG_INFINITY], max: [xs[2], ys[2], f64::INFINITY] })
 }

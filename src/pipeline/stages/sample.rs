@@ -20,13 +20,22 @@ pub const KIND: StageKind = StageKind {
 
 fn options() -> Vec<OptionSpec> {
     let origin = |axis: &str| {
-        let help = format!("{axis} of a corner of the cubes by which neighbours are found; the result does not hang on it");
+        let help =
+            format!("{axis} of a corner of the cubes by which neighbours are found; the result does not hang on it");
         OptionSpec::new(format!("origin_{}", axis.to_lowercase()), Kind::number(), help)
     };
     vec![
         OptionSpec::new("radius", Kind::number(), "Smallest distance between points; or give `cell`"),
-        OptionSpec::new("cell", Kind::number(), "Edge of a cube around which `radius` makes a sphere; or give `radius`"),
-        OptionSpec::new("dimension", Kind::Text, "Keep all points, and mark those of the sample with 1 in this dimension"),
+        OptionSpec::new(
+            "cell",
+            Kind::number(),
+            "Edge of a cube around which `radius` makes a sphere; or give `radius`",
+        ),
+        OptionSpec::new(
+            "dimension",
+            Kind::Text,
+            "Keep all points, and mark those of the sample with 1 in this dimension",
+        ),
         origin("X"),
         origin("Y"),
         origin("Z"),
@@ -47,7 +56,14 @@ fn build(values: &Values) -> Result<Stage> {
     }
     let origin = ["origin_x", "origin_y", "origin_z"].map(|name| values.number(name));
     let dimension = values.text("dimension").map(str::to_owned);
-    Ok(Stage::Filter(Box::new(SampleFilter { radius, given: origin, origin: None, dimension, mark: None, cubes: HashMap::new() })))
+    Ok(Stage::Filter(Box::new(SampleFilter {
+        radius,
+        given: origin,
+        origin: None,
+        dimension,
+        mark: None,
+        cubes: HashMap::new(),
+    })))
 }
 
 struct SampleFilter {
@@ -99,8 +115,7 @@ impl Filter for SampleFilter {
     }
 
     fn chunk(&mut self, points: &mut Points, chosen: &Chosen) -> Result<()> {
-        let kept: Vec<bool> =
-            (0..points.len()).map(|i| !chosen.has(i) || self.keep(points.position(i))).collect();
+        let kept: Vec<bool> = (0..points.len()).map(|i| !chosen.has(i) || self.keep(points.position(i))).collect();
         let Some(mark) = self.mark else {
             points.retain(&kept);
             return Ok(());

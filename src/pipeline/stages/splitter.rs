@@ -39,7 +39,14 @@ fn build(values: &Values) -> Result<Stage> {
         return Err(values.fault("buffer", &buffer.to_string(), expected).into());
     }
     let given = ["origin_x", "origin_y"].map(|name| values.number(name));
-    Ok(Stage::Whole(Box::new(Splitter { length, buffer, given, origin: None, tiles: Vec::new(), places: HashMap::new() })))
+    Ok(Stage::Whole(Box::new(Splitter {
+        length,
+        buffer,
+        given,
+        origin: None,
+        tiles: Vec::new(),
+        places: HashMap::new(),
+    })))
 }
 
 struct Splitter {

@@ -25,11 +25,16 @@ fn options() -> Vec<OptionSpec> {
         OptionSpec::new("dimensions", Kind::Names, "Of which dimensions; all when it is not given"),
         OptionSpec::new("enumerate", Kind::Names, "Of which of them to list the values"),
         OptionSpec::new("count", Kind::Names, "Of which of them to list the values, each with how often it comes"),
-        OptionSpec::new("global", Kind::Names, "Of which of them to give median and median absolute deviation; keeps their values"),
+        OptionSpec::new(
+            "global",
+            Kind::Names,
+            "Of which of them to give median and median absolute deviation; keeps their values",
+        ),
         OptionSpec::new("advanced", Kind::Boolean, "Whether skewness and kurtosis are given").or(false),
     ]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     let stats = Stats { values: values.clone(), figures: Vec::new(), warnings: Vec::new() };
     Ok(Stage::Filter(Box::new(stats)))

@@ -28,17 +28,24 @@ fn options() -> Vec<OptionSpec> {
     vec![
         OptionSpec::new("filename", Kind::File, "File, or STDOUT for standard output").required(),
         OptionSpec::new("format", formats, "Format").or("csv"),
-        OptionSpec::new("order", Kind::Text, "Dimensions that come first, each perhaps with its precision: `X:2,Y:2,Classification:0`"),
-        OptionSpec::new("keep_unspecified", Kind::Boolean, "Whether dimensions that `order` does not name follow").or(true),
+        OptionSpec::new(
+            "order",
+            Kind::Text,
+            "Dimensions that come first, each perhaps with its precision: `X:2,Y:2,Classification:0`",
+        ),
+        OptionSpec::new("keep_unspecified", Kind::Boolean, "Whether dimensions that `order` does not name follow")
+            .or(true),
         OptionSpec::new("precision", Kind::whole(0, 30), "Digits behind the point").or(3),
         OptionSpec::new("write_header", Kind::Boolean, "Whether a header is written").or(true),
-        OptionSpec::new("quote_header", Kind::Boolean, "CSV: whether names in the header are in quotation marks").or(true),
+        OptionSpec::new("quote_header", Kind::Boolean, "CSV: whether names in the header are in quotation marks")
+            .or(true),
         OptionSpec::new("delimiter", Kind::Text, "CSV: what stands between values").or(","),
         OptionSpec::new("newline", Kind::Text, "CSV: what ends a line").or("\n"),
         OptionSpec::new("jscallback", Kind::Text, "GeoJSON: name of a function that is called with it"),
     ]
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
     Ok(Stage::Writer(Box::new(TextWriter {
         filename: values.text("filename").unwrap_or_default().into(),
@@ -66,7 +73,9 @@ struct TextWriter {
 enum Target {
     File(NewFile, Sturdy),
     /// Standard output; over when nobody listens any more.
-    Out { is_over: bool },
+    Out {
+        is_over: bool,
+    },
 }
 
 impl Target {
@@ -104,7 +113,8 @@ impl TextWriter {
                 None => (text, usual),
                 Some((name, digits)) => {
                     let digits = digits.trim().parse().ok().filter(|digits: &usize| *digits <= 30);
-                    let digits = digits.ok_or_else(|| fault(text, "a dimension and its precision, such as X:3".into()))?;
+                    let digits =
+                        digits.ok_or_else(|| fault(text, "a dimension and its precision, such as X:3".into()))?;
                     (name.trim(), digits)
                 }
             };
@@ -146,7 +156,8 @@ impl TextWriter {
                 head += "{ \"type\": \"FeatureCollection\", \"features\": [";
             } else {
                 let quote = if self.values.is_on("quote_header") { "\"" } else { "" };
-                let names: Vec<String> = self.columns.iter().map(|(_, name, _)| format!("{quote}{name}{quote}")).collect();
+                let names: Vec<String> =
+                    self.columns.iter().map(|(_, name, _)| format!("{quote}{name}{quote}")).collect();
                 head = names.join(&self.delimiter()) + &self.newline();
             }
         }

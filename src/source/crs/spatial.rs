@@ -72,7 +72,9 @@ fn warning(from: &Crs, to: &Crs, found: &Object) -> Option<String> {
     let error = match accuracy {
         Some(metres) if metres <= WARN_FROM_METRES => return None,
         Some(metres) => format!("is expected to be off by up to {metres} m"),
-        None if found.is_ballpark() => "leaves out a shift between datums, for want of a grid or of a known shift".into(),
+        None if found.is_ballpark() => {
+            "leaves out a shift between datums, for want of a grid or of a known shift".into()
+        }
         None => "has an unknown accuracy".into(),
     };
     Some(format!("the transformation from {from} to {to} {error}"))

@@ -182,20 +182,20 @@ fn compression(values: &Values) -> Result<Option<bool>, InputError> {
 /// The dimensions that are written behind the others.
 fn extra_dimensions(values: &Values, flow: &Flow, format: u8) -> Result<Vec<(String, NumberType)>, InputError> {
     let mut extra: Vec<(String, NumberType)> = Vec::new();
-    let fault = |text: &str, expected: &str| {
-        values.misfit("extra_dims", Misfit::new(format!("`{text}`"), expected))
-    };
+    let fault = |text: &str, expected: &str| values.misfit("extra_dims", Misfit::new(format!("`{text}`"), expected));
     let mut builder = las::Builder::from((1, 4));
     builder.point_format = las::point::Format::new(format)
         .map_err(|e| values.fault("dataformat_id", &format.to_string(), e.to_string()))?;
-    let header = builder.into_header().map_err(|e| values.fault("dataformat_id", &format.to_string(), e.to_string()))?;
+    let header =
+        builder.into_header().map_err(|e| values.fault("dataformat_id", &format.to_string(), e.to_string()))?;
     let record = crate::pipeline::las::Record::new(&header, &[]);
     let is_known = !flow.layout.dimensions().is_empty() && !flow.headers.is_empty();
     for text in values.texts("extra_dims") {
         if text.eq_ignore_ascii_case("all") {
-            let further = flow.layout.dimensions().iter().filter(|dimension| {
-                !record.has(&dimension.name) && !NEVER_EXTRA.contains(&dimension.name.as_str())
-            });
+            let further =
+                flow.layout.dimensions().iter().filter(|dimension| {
+                    !record.has(&dimension.name) && !NEVER_EXTRA.contains(&dimension.name.as_str())
+                });
             extra.extend(further.map(|dimension| (dimension.name.clone(), dimension.kind)));
             continue;
         }
@@ -241,16 +241,16 @@ impl<'a> Forward<'a> {
                     forward.fields.extend(known());
                     forward.vlrs = true;
                 }
-                name => match known().find(|field| *field == name) {
-                    Some(field) => forward.fields.push(field),
-                    None => {
+                name => {
+                    let Some(field) = known().find(|field| *field == name) else {
                         let groups = ["header", "scale", "offset", "vlr", "all"];
                         let near = nearest(name, known().chain(groups)).map(|near| format!("`{near}`, or another of "));
                         let names: Vec<&str> = groups.into_iter().chain(known()).collect();
                         let expected = format!("{}{}", near.unwrap_or_default(), names.join(", "));
                         return Err(values.fault("forward", &format!("`{name}`"), expected));
-                    }
-                },
+                    };
+                    forward.fields.push(field);
+                }
             }
         }
         Ok(forward)

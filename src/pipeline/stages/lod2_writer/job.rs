@@ -24,7 +24,8 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
     }
     if !has_footprints {
-        let needless = ["footprint_crs", "layer", "filter", "id_attribute"].into_iter().find(|name| values.is_given(name));
+        let needless =
+            ["footprint_crs", "layer", "filter", "id_attribute"].into_iter().find(|name| values.is_given(name));
         if let Some(name) = needless {
             return Err(values.place().fault(format!("`{name}` without `footprints`"), "`footprints`").into());
         }
@@ -72,7 +73,8 @@ fn building_classes(values: &Values) -> Result<BuildingClasses, InputError> {
         return Ok(SegmentOptions::default().building_classes);
     }
     let text = values.texts("building_class").join(",");
-    text.parse().map_err(|_| values.fault("building_class", &format!("`{text}`"), "classes from 0 to 255 such as 1,6, or any"))
+    text.parse()
+        .map_err(|_| values.fault("building_class", &format!("`{text}`"), "classes from 0 to 255 such as 1,6, or any"))
 }
 
 fn ground_classes(values: &Values) -> Result<Vec<u8>, InputError> {
