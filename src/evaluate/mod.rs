@@ -34,7 +34,6 @@ mod overlap;
 mod shape;
 mod summary;
 mod tiles;
-mod triangulate;
 
 #[cfg(test)]
 mod tests;
@@ -49,4 +48,4 @@ pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
 pub use tiles::{TileFilter, stream_points};
-pub use triangulate::triangulate;
+pub use crate::geometry::triangulate;
