@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod convert;
 mod evaluate;
 mod field;
 mod flags;
@@ -14,6 +15,7 @@ mod interrupt;
 mod output;
 mod pipeline;
 mod progress;
+mod reading;
 mod reconstruct;
 mod simulate;
 mod stages;
@@ -43,6 +45,9 @@ Examples:
     gable pipeline pipelines/quickstart.json
   Is it valid, or any other city model?
     gable validate city.city.json
+  For a web map, for QGIS:
+    gable convert city.city.json -o city.3dtiles
+    gable convert city.city.json -o city.gpkg
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -79,6 +84,10 @@ enum Command {
     Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
+    /// Write a city model in another format: CityJSON, CityJSONSeq, 3D Tiles, GeoPackage or OBJ
+    Convert(convert::Args),
+    /// Join the city models of several tiles into one
+    Merge(convert::MergeArgs),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
 }
@@ -101,6 +110,8 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
+        Command::Convert(args) => convert::main(args),
+        Command::Merge(args) => convert::merge(args),
         Command::Simulate(args) => simulate::main(&args),
     };
     match outcome {

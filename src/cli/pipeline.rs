@@ -42,6 +42,7 @@ Exit codes:
 /// What `gable pipeline` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     /// The pipeline, a JSON file
     #[arg(value_name = "FILE", required_unless_present = "stdin", conflicts_with = "stdin")]
@@ -147,12 +148,11 @@ impl Args {
     /// The text of the pipeline, and what messages call it.
     fn read(&self) -> Result<(String, PathBuf)> {
         let name = self.file.clone().unwrap_or_else(|| PathBuf::from("standard input"));
-        let bytes = match &self.file {
-            Some(path) => std::fs::read(path),
-            None => {
-                let mut bytes = Vec::new();
-                std::io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
-            }
+        let bytes = if let Some(path) = &self.file {
+            std::fs::read(path)
+        } else {
+            let mut bytes = Vec::new();
+            std::io::stdin().lock().read_to_end(&mut bytes).map(|_| bytes)
         };
         let bytes = bytes.map_err(|e| Error::io(&name, "read", e))?;
         let text = String::from_utf8(bytes).map_err(|e| {
@@ -287,7 +287,7 @@ mod tests {
         let command = super::super::reconstruct::Args::augment_args(clap::Command::new("reconstruct"));
         // What only a command line has, and what a stage has by being one.
         let of_the_command = ["tiles", "output", "quiet", "verbose", "view"];
-        let of_stages = ["filename", "where", "user_data"];
+        let of_stages = ["filename", "where", "user_data", "lod"];
         let mut names: Vec<String> = Vec::new();
         for argument in command.get_arguments() {
             let name = argument.get_id().as_str().replace('-', "_");

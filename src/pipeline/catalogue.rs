@@ -217,8 +217,7 @@ pub fn infer(filename: &str, role: Role, place: &Place) -> Result<&'static Stage
     let name = Path::new(filename).file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
     let ends = |extension: &str| name.strip_suffix(extension).is_some_and(|rest| rest.ends_with('.'));
     // A file of that name is text to PDAL, and only the longer extension makes it a city model.
-    let is_model =
-        !(name.ends_with(".json") && !name.ends_with(".city.json")) && Format::of(Path::new(filename)).is_ok();
+    let is_model = (ends("city.json") || !ends("json")) && Format::of(Path::new(filename)).is_ok();
     let kind = match role {
         Role::Reader if ends("copc.laz") => Some("readers.copc"),
         Role::Reader if ends("las") || ends("laz") => Some("readers.las"),

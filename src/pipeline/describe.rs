@@ -1,5 +1,7 @@
 //! The stages in words and as JSON Schema.
 
+use std::fmt::Write;
+
 use serde_json::{Map, Value, json};
 
 use super::catalogue::STAGES;
@@ -11,13 +13,13 @@ const WIDTH: usize = 100;
 /// Columns before the help of an option.
 const INDENT: usize = 6;
 
-/// All stages, a line each.
+/// All stages, a line each. (Writing into a text never fails.)
 pub fn list() -> String {
     let mut out = String::new();
     for (role, heading) in [(Role::Reader, "Readers"), (Role::Filter, "Filters"), (Role::Writer, "Writers")] {
-        out += &format!("{heading}:\n");
+        let _ = writeln!(out, "{heading}:");
         for kind in STAGES.iter().filter(|kind| kind.role == role) {
-            out += &format!("  {:<22}{}\n", kind.name, kind.summary);
+            let _ = writeln!(out, "  {:<22}{}", kind.name, kind.summary);
         }
     }
     out
@@ -26,14 +28,14 @@ pub fn list() -> String {
 /// A stage with its options.
 pub fn stage(kind: &StageKind) -> String {
     let mut out = format!("{}\n\n{}.\n", kind.name, kind.summary);
-    out += &match kind.collects {
-        "" => "It streams: memory does not grow with the number of points.\n".to_owned(),
-        "always" => "It needs all points at once, so memory grows with their number.\n".to_owned(),
-        when => format!("It streams, except {when}.\n"),
+    let _ = match kind.collects {
+        "" => writeln!(out, "It streams: memory does not grow with the number of points."),
+        "always" => writeln!(out, "It needs all points at once, so memory grows with their number."),
+        when => writeln!(out, "It streams, except {when}."),
     };
     out += "\nOptions:\n";
     for spec in kind.table() {
-        out += &format!("  {} {}\n", spec.name, spec.kind.placeholder());
+        let _ = writeln!(out, "  {} {}", spec.name, spec.kind.placeholder());
         let mut help = vec![spec.help.clone()];
         if let Kind::Choice(names) = &spec.kind {
             for (name, meaning) in names {

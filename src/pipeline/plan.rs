@@ -96,7 +96,7 @@ impl Plan {
         let last = specs.len();
         let mut used = vec![false; overrides.len()];
         for spec in specs {
-            builder.add(spec, last, overrides, &mut used)?;
+            builder.add(&spec, last, overrides, &mut used)?;
         }
         if let Some((unused, _)) = overrides.iter().zip(&used).find(|(_, used)| !**used) {
             return Err(builder.nothing_to_override(unused).into());
@@ -137,18 +137,17 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn add(&mut self, spec: StageSpec, last: usize, overrides: &[Override], used: &mut [bool]) -> Result<()> {
+    fn add(&mut self, spec: &StageSpec, last: usize, overrides: &[Override], used: &mut [bool]) -> Result<()> {
         let place = spec.place(self.file);
-        let kind = match &spec.kind {
-            Some(name) => catalogue::find(name, &place)?,
-            None => {
-                let is_writer = spec.number == last && spec.number > 1;
-                let role = if is_writer { Role::Writer } else { Role::Reader };
-                let filename = spec.options.get("filename").and_then(Value::as_str).ok_or_else(|| {
-                    place.fault("neither `type` nor `filename`", "one of them, so that there is something to do")
-                })?;
-                catalogue::infer(filename, role, &place)?
-            }
+        let kind = if let Some(name) = &spec.kind {
+            catalogue::find(name, &place)?
+        } else {
+            let is_writer = spec.number == last && spec.number > 1;
+            let role = if is_writer { Role::Writer } else { Role::Reader };
+            let filename = spec.options.get("filename").and_then(Value::as_str).ok_or_else(|| {
+                place.fault("neither `type` nor `filename`", "one of them, so that there is something to do")
+            })?;
+            catalogue::infer(filename, role, &place)?
         };
         let tag = spec.tag.clone().unwrap_or_else(|| self.made_up_tag(kind));
         if self.tags.contains_key(&tag) {
@@ -168,11 +167,11 @@ impl Builder<'_> {
                 }
             }
         }
-        let inputs = self.inputs(&spec, kind, &place)?;
+        let inputs = self.inputs(spec, kind, &place)?;
         let many = match (kind.role, options.get("filename").and_then(Value::as_str)) {
             (Role::Reader, Some(pattern)) if pattern.contains(['*', '?', '[']) && !Path::new(pattern).exists() => {
                 let files = matches(pattern, &place)?;
-                files.into_iter().map(|file| with_filename(&options, file)).collect()
+                files.into_iter().map(|file| with_filename(&options, &file)).collect()
             }
             _ => vec![options],
         };
@@ -247,7 +246,7 @@ impl Builder<'_> {
     }
 }
 
-fn with_filename(options: &Map<String, Value>, file: PathBuf) -> Map<String, Value> {
+fn with_filename(options: &Map<String, Value>, file: &Path) -> Map<String, Value> {
     let mut options = options.clone();
     options.insert("filename".to_owned(), Value::String(file.to_string_lossy().into_owned()));
     options

@@ -202,16 +202,15 @@ impl LasWriter {
 
     /// Writes points into the open file, or opens one.
     fn put(&mut self, points: &Points, transforms: Option<[Transform; 3]>, context: &Context<'_>) -> Result<()> {
-        let mut open = match self.open.take() {
-            Some(open) => open,
-            None => {
-                let transforms = transforms.unwrap_or_else(|| self.transforms(&[]));
-                self.open(points.crs.clone(), transforms, context)?
-            }
+        let mut open = if let Some(open) = self.open.take() {
+            open
+        } else {
+            let transforms = transforms.unwrap_or_else(|| self.transforms(&[]));
+            self.open(points.crs.clone(), transforms, context)?
         };
         let own = self.settings.crs.as_ref().or(points.crs.as_ref());
         if own != open.crs.as_ref() {
-            let name = |crs: Option<&Arc<Crs>>| crs.map_or("no CRS".to_owned(), |crs| crs.to_string());
+            let name = |crs: Option<&Arc<Crs>>| crs.map_or("no CRS".to_owned(), ToString::to_string);
             let found = format!("points in {} among points in {}", name(own), name(open.crs.as_ref()));
             let fault = InputError::new(&open.path, found, "points of one CRS");
             return Err(fault.remedy("Put filters.reprojection before, or name one with `a_srs`").into());
@@ -248,19 +247,15 @@ impl LasWriter {
 
     fn unfit(&self, unfit: &Unfit, path: &Path) -> InputError {
         let found = format!("{} = {}", unfit.dimension, unfit.value);
-        let axis = ["X", "Y", "Z"].iter().position(|name| *name == unfit.dimension);
-        let fault = match axis {
-            Some(_) => {
-                let expected = "a coordinate that fits into 32 bits with the scale and the offset of the file";
-                let name = unfit.dimension.to_lowercase();
-                InputError::new(path, found, expected)
-                    .remedy(format!("Set `offset_{name}` or `scale_{name}`, perhaps to \"auto\""))
-            }
-            None => {
-                let expected = format!("a value that point format {} can hold", self.settings.format);
-                InputError::new(path, found, expected)
-                    .remedy("Set `dataformat_id`, or change the value with filters.assign")
-            }
+        let fault = if ["X", "Y", "Z"].contains(&unfit.dimension.as_str()) {
+            let expected = "a coordinate that fits into 32 bits with the scale and the offset of the file";
+            let name = unfit.dimension.to_lowercase();
+            let remedy = format!("Set `offset_{name}` or `scale_{name}`, perhaps to \"auto\"");
+            InputError::new(path, found, expected).remedy(remedy)
+        } else {
+            let expected = format!("a value that point format {} can hold", self.settings.format);
+            InputError::new(path, found, expected)
+                .remedy("Set `dataformat_id`, or change the value with filters.assign")
         };
         fault.at(self.values.place().stage.clone())
     }

@@ -1,4 +1,4 @@
-//! `writers.lod2`: reconstructs the buildings in the points, and writes a city model.
+//! `writers.lod2`: reconstructs the buildings in the points and writes a city model; or converts one that was read.
 
 mod job;
 
@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
+use crate::convert::{Conversion, convert};
 use crate::error::{Error, InputError, Result};
 use crate::network::FieldOptions;
 use crate::pipeline::options::{Kind, OptionSpec, Values, tunings};
@@ -22,7 +23,7 @@ use crate::source::points::ScanPoint;
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
     name: "writers.lod2",
-    summary: "Reconstructs the buildings in the points, and writes a city model",
+    summary: "Reconstructs the buildings in the points and writes a city model; or writes one that was read in another format",
     role: Role::Writer,
     options,
     elsewhere: &[],
@@ -76,6 +77,8 @@ fn options() -> Vec<OptionSpec> {
             "Number of threads; one per processor when it is not given",
         ),
     ];
+    let lod = "Behind readers.lod2: only these levels of detail, such as 2.2 or 0,1.2";
+    options.push(OptionSpec::new("lod", Kind::Names, lod));
     options.extend(tunings::<FieldOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<SegmentOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<Parameters>().into_iter().map(OptionSpec::from));
@@ -111,7 +114,12 @@ enum Source {
     Points,
     /// Files that the job reads itself.
     Tiles { paths: Vec<PathBuf>, crs: Option<String> },
+    /// City models, which are converted.
+    Models(Vec<PathBuf>),
 }
+
+/// The options that also count where city models are converted.
+const OF_CONVERSION: [&str; 5] = ["filename", "overwrite", "crs", "lod", "user_data"];
 
 impl Lod2Writer {
     /// The files, when they are all that comes in and nobody waits for points behind this stage.
@@ -129,6 +137,47 @@ impl Lod2Writer {
             paths.push(path.clone());
         }
         Source::Tiles { paths, crs: override_crs }
+    }
+
+    /// The city models, when nothing else comes in and all options that were given count for them.
+    fn models(&self, flow: &Flow, model: &Path, is_last: bool) -> Result<Vec<PathBuf>, InputError> {
+        let place = self.values.place();
+        let given = self.values.to_json();
+        if let Some(option) = given.keys().find(|option| !OF_CONVERSION.contains(&option.as_str())) {
+            let found = format!("`{option}`, which is for points, with a city model as the input");
+            return Err(place.fault(found, format!("one of {}", OF_CONVERSION.join(", "))));
+        }
+        let models = flow.files.iter().flatten().map(|file| match file {
+            SourceFile::Model(path) => Some(path.clone()),
+            SourceFile::Tile { .. } => None,
+        });
+        let fault = |found: &str, expected: &str| InputError::new(model, found, expected).at(place.stage.clone());
+        let models: Option<Vec<PathBuf>> = models.collect();
+        let models = models.ok_or_else(|| fault("a city model among points", "city models only, or points only"))?;
+        if is_last { Ok(models) } else { Err(fault("a stage behind, which would get no points", "no stage behind")) }
+    }
+
+    /// Writes city models in another format.
+    fn convert(&self, models: &[PathBuf], context: &Context<'_>) -> Result<Finished> {
+        let conversion = Conversion {
+            inputs: models.to_vec(),
+            output: self.job.output.clone(),
+            overwrite: self.job.overwrite,
+            crs: self.job.crs.clone(),
+            lods: self.values.texts("lod").into_iter().map(str::to_owned).collect(),
+        };
+        context.observer.ready(&conversion.output);
+        let converted = convert(&conversion, &mut |_| {})?;
+        for warning in &converted.warnings {
+            context.warn(warning);
+        }
+        context.observer.done(&converted.written.path);
+        let metadata = Map::from_iter([
+            ("filename".to_owned(), json!([converted.written.path.display().to_string()])),
+            ("features".to_owned(), json!(converted.written.features)),
+            ("objects".to_owned(), json!(converted.written.objects)),
+        ]);
+        Ok(Finished { metadata, ..Finished::default() })
     }
 
     /// Opens the feed before the first point: an output that cannot be written must not cost an hour of reading.
@@ -150,7 +199,7 @@ impl Lod2Writer {
         if feed.points() == 0 {
             self.crs.clone_from(&points.crs);
         } else if self.crs != points.crs && self.job.crs.is_none() {
-            let name = |crs: &Option<Arc<Crs>>| crs.as_ref().map_or("no CRS".to_owned(), |crs| crs.to_string());
+            let name = |crs: &Option<Arc<Crs>>| crs.as_ref().map_or("no CRS".to_owned(), ToString::to_string);
             let found = format!("points in {} among points in {}", name(&points.crs), name(&self.crs));
             let fault = self.values.place().fault(found, "points of one CRS");
             return Err(fault.remedy("Put filters.reprojection before").into());
@@ -173,19 +222,27 @@ impl Lod2Writer {
 impl Writer for Lod2Writer {
     fn prepare(&mut self, flow: &Flow, is_last: bool) -> Result<()> {
         let place = self.values.place();
-        if self.job.footprints.is_none() && !self.values.is_on("no_footprint") && flow.model().is_none() {
+        if let Some(model) = flow.model() {
+            self.source = Source::Models(self.models(flow, model, is_last)?);
+            return Ok(());
+        }
+        if self.job.footprints.is_none() && !self.values.is_on("no_footprint") {
             let expected = "`footprints`, or `no_footprint` for a single object";
             return Err(place.fault("neither `footprints` nor `no_footprint`", expected).into());
         }
-        if let Some(model) = flow.model() {
-            let found = "a city model, and formats that this version cannot convert between";
-            return Err(InputError::new(model, found, "points").at(place.stage.clone()).into());
+        if self.values.is_given("lod") {
+            let expected = "`lod` behind readers.lod2: a reconstruction has all levels of detail";
+            return Err(place.fault("`lod` with points", expected).into());
         }
         self.source = Self::source_of(flow, is_last);
         self.flow = flow.clone();
         self.feed = None;
         self.crs.clone_from(&flow.crs);
         Ok(())
+    }
+
+    fn takes_models(&self) -> bool {
+        true
     }
 
     fn needs_points(&self) -> bool {
@@ -203,6 +260,9 @@ impl Writer for Lod2Writer {
     }
 
     fn finish(&mut self, context: &Context<'_>) -> Result<Finished> {
+        if let Source::Models(models) = &self.source {
+            return self.convert(models, context);
+        }
         let mut job = self.job.clone();
         job.command = context.command.to_vec();
         match &self.source {
@@ -223,6 +283,7 @@ impl Writer for Lod2Writer {
                 }
                 job.crs = job.crs.or_else(|| crs.clone());
             }
+            Source::Models(_) => {}
         }
         let output = job.output.clone();
         context.observer.ready(&output);

@@ -157,7 +157,9 @@ impl Figures {
         };
         add("position", json!(position));
         add("count", json!(self.n as u64));
-        figures_of(self, is_advanced).into_iter().for_each(|(name, value)| add(name, json!(value)));
+        for (name, value) in figures_of(self, is_advanced) {
+            add(name, json!(value));
+        }
         add("name", json!(self.name));
         match self.listing {
             Listing::None => {}

@@ -21,7 +21,7 @@ pub(super) fn from_wkt(wkt: &str) -> Result<Crs, String> {
     from_object(Object::from_wkt(&Context::new()?, wkt)?)
 }
 
-/// WKT 1 of a CRS in WKT of any dialect; `None` for what it cannot express.
+/// WKT1 of what WKT of any dialect says.
 pub(super) fn wkt1(wkt: &str) -> Option<String> {
     Object::from_wkt(&Context::new().ok()?, wkt).ok()?.wkt1()
 }

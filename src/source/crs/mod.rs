@@ -4,6 +4,7 @@
 //! with the database that is linked into the binary, whatever `PROJ_DATA` says.
 
 mod definition;
+mod geocentric;
 mod geotiff;
 mod proj_ffi;
 mod spatial;
@@ -16,6 +17,7 @@ use std::fmt;
 
 use crate::error::InputError;
 
+pub use geocentric::Geocentric;
 pub use spatial::SpatialTransformer;
 pub use transform::Transformer;
 
@@ -110,7 +112,7 @@ impl Crs {
         Some(format!("https://www.opengis.net/def/crs/{authority}/{version}/{horizontal}"))
     }
 
-    /// WKT 1 as GDAL writes it, which LAS wants (LAS 1.4 R15, section 2.5.3.1); `None` for what it cannot express.
+    /// WKT1 as GDAL writes it, for formats that know no other; `None` for what it cannot express.
     pub fn wkt1(&self) -> Option<String> {
         definition::wkt1(&self.wkt)
     }

@@ -2,10 +2,7 @@
 
 use super::Crs;
 use super::proj_ffi::{Context, Grids, Object};
-use super::transform::degrees;
-
-/// From this expected error on, in metres, a transformation comes with a warning.
-const WARN_FROM_METRES: f64 = 0.1;
+use super::transform::{WARN_FROM_METRES, degrees, horizontal};
 
 /// Takes x, y and z of one CRS to those of another, x and longitude first, angles in degrees. Heights change where both
 /// systems have a vertical part; otherwise they stay as they are.
@@ -30,13 +27,14 @@ impl SpatialTransformer {
         let context = Context::new()?;
         let source = Object::from_wkt(&context, &from.wkt)?;
         let target = Object::from_wkt(&context, &to.wkt)?;
-        let area = extent.and_then(|extent| degrees(&source, extent));
+        let flat = horizontal(Object::from_wkt(&context, &from.wkt)?);
+        let area = flat.zip(extent).and_then(|(flat, extent)| degrees(&flat, extent));
         let trial: Vec<[f64; 3]> =
             extent.map(|[x0, y0, x1, y1]| vec![[x0, y0, 0.0], [x1, y1, 0.0]]).unwrap_or_default();
         let usable = source.operations_to(&target, area, Grids::Installed).into_iter().find_map(|found| {
             let operation = found.normalized()?;
             let mut points = trial.clone();
-            operation.transform_spatial(&mut points);
+            operation.transform_3d(&mut points);
             points.iter().flatten().all(|c| c.is_finite()).then_some((found, operation))
         });
         let Some((found, operation)) = usable else {
@@ -54,7 +52,7 @@ impl SpatialTransformer {
     /// Transforms points in place; what cannot be transformed becomes infinite.
     pub fn transform(&self, points: &mut [[f64; 3]]) {
         if let Some(operation) = &self.operation {
-            operation.transform_spatial(points);
+            operation.transform_3d(points);
         }
     }
 }

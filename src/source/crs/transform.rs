@@ -5,7 +5,7 @@ use super::proj_ffi::{Context, Grids, Kind, Object};
 
 /// From this expected error on, in metres, a transformation comes with a warning: footprints and points that lie
 /// further apart than a decimetre disagree by more than their own accuracy.
-const WARN_FROM_METRES: f64 = 0.1;
+pub(super) const WARN_FROM_METRES: f64 = 0.1;
 
 /// Takes x and y of one CRS to x and y of another, always in this order (longitude before latitude, in degrees).
 ///
@@ -82,7 +82,7 @@ pub(super) fn is_same_horizontally(a: &Crs, b: &Crs) -> bool {
 }
 
 /// The two-dimensional part of a CRS.
-fn horizontal(crs: Object) -> Option<Object> {
+pub(super) fn horizontal(crs: Object) -> Option<Object> {
     match crs.kind() {
         Kind::Compound => horizontal(crs.sub_crs(0)?),
         Kind::Bound => Some(crs),
