@@ -129,6 +129,8 @@ pub fn main(args: &Args) -> Outcome {
         write_json(path, &plan.to_json())?;
     }
     interrupt::listen();
+    // Files under way are removed when stages end, not when the process does.
+    interrupt::something_to_save();
     let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
     let context = Context { observer: &listener, command: &command };
     let outcome = Prepared::new(&plan, &context)?.run(&context)?;

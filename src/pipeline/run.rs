@@ -325,6 +325,9 @@ fn hand_on(
         }
     }
     for view in views {
+        if context.observer.interrupted() {
+            return Err(Error::Interrupted);
+        }
         next(Item::Chunk(view))?;
         next(Item::EndOfView)?;
     }

@@ -100,13 +100,14 @@ impl Reader for TileReader {
             context.warn(&format!("{}: {fault}; override_srs can name the CRS", self.path.display()));
         }
         let crs = self.override_crs.clone().or(own).or_else(|| self.default_crs.clone());
-        let is_whole = self.count.is_none() && self.start == 0 && self.wanted.is_empty();
         let file = SourceFile::Tile { path: self.path.clone(), crs: self.override_text.clone() };
-        let plain = is_whole && self.default_crs.is_none() && !self.no_crs;
-        let mut areas: Vec<_> = tile.extent.into_iter().collect();
+        // Of a part of the points nobody knows where they lie.
+        let is_all = self.count.is_none() && self.start == 0;
+        let mut areas = tile.extent.map(|extent| vec![extent]).filter(|_| is_all);
         for wanted in &self.wanted {
-            areas = Area::clip(wanted, &areas);
+            areas = areas.map(|areas| Area::clip(wanted, &areas));
         }
+        let plain = is_all && self.wanted.is_empty() && self.default_crs.is_none() && !self.no_crs;
         let most = tile.points.saturating_sub(self.start);
         let flow = Flow {
             layout: layout.clone(),

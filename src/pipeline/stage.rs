@@ -96,8 +96,8 @@ pub struct Flow {
     pub crs: Option<Arc<Crs>>,
     /// Whether not all have the same CRS.
     pub is_mixed: bool,
-    /// The areas that were scanned, CRS units.
-    pub areas: Vec<Extent>,
+    /// The areas that were scanned, CRS units; `None` where nobody knows, so that the extent of the points must do.
+    pub areas: Option<Vec<Extent>>,
     /// How many points there are at most; `None` where nobody knows.
     pub points: Option<u64>,
     /// The headers of the files that they came from.
@@ -136,19 +136,23 @@ impl Flow {
         for flow in flows {
             all.layout.join(&flow.layout);
             all.is_mixed |= flow.is_mixed || all.crs != flow.crs;
-            all.areas.extend(flow.areas);
+            all.areas = both(all.areas, flow.areas);
             all.points = all.points.zip(flow.points).map(|(a, b)| a + b);
             all.headers.extend(flow.headers);
-            all.files = all.files.zip(flow.files).map(|(mut a, b)| {
-                a.extend(b);
-                a
-            });
+            all.files = both(all.files, flow.files);
         }
         if all.is_mixed {
             all.crs = None;
         }
         all
     }
+}
+
+/// Two lists as one, when both are known.
+fn both<T>(first: Option<Vec<T>>, second: Option<Vec<T>>) -> Option<Vec<T>> {
+    let (mut first, second) = first.zip(second)?;
+    first.extend(second);
+    Some(first)
 }
 
 /// Where a stage hands its points.

@@ -83,7 +83,7 @@ impl Crop {
             }
         }
         if !self.outside {
-            flow.areas = Area::clip(&self.areas, &flow.areas);
+            flow.areas = flow.areas.take().map(|areas| Area::clip(&self.areas, &areas));
         }
         Ok(())
     }

@@ -31,8 +31,10 @@ struct HeadFilter {
 }
 
 impl Filter for HeadFilter {
-    fn prepare(&mut self, _flow: &mut Flow) -> Result<()> {
+    fn prepare(&mut self, flow: &mut Flow) -> Result<()> {
         self.seen = 0;
+        // Nobody knows where the points lie that are left out.
+        flow.areas = None;
         Ok(())
     }
 

@@ -188,7 +188,7 @@ impl Lod2Writer {
         run::output::prepare(&model, self.job.overwrite || self.job.resume)?;
         let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty());
         let mut feed = Feed::new_in(folder.unwrap_or(Path::new(".")), name)?;
-        for area in &self.flow.areas {
+        for area in self.flow.areas.iter().flatten() {
             feed.cover(*area)?;
         }
         Ok(feed)

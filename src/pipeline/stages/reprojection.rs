@@ -80,7 +80,7 @@ impl Filter for Reprojection {
     fn prepare(&mut self, flow: &mut Flow) -> Result<()> {
         self.ways.clear();
         self.lost = 0;
-        let around = flow.areas.iter().fold(Extent::EMPTY, |mut all, area| {
+        let around = flow.areas.iter().flatten().fold(Extent::EMPTY, |mut all, area| {
             all.join(area);
             all
         });
@@ -89,9 +89,10 @@ impl Filter for Reprojection {
         match self.from.clone().or_else(|| flow.crs.clone()) {
             Some(from) => {
                 let way = self.way(&from)?;
-                flow.areas = flow.areas.iter().filter_map(|area| moved(area, &self.ways[way].1)).collect();
+                let move_all = |areas: Vec<Extent>| areas.iter().map(|area| moved(area, &self.ways[way].1)).collect();
+                flow.areas = flow.areas.take().and_then(move_all);
             }
-            None if flow.is_mixed => flow.areas.clear(),
+            None if flow.is_mixed => flow.areas = None,
             None => {
                 let fault = self.values.place().fault("points whose CRS is not known", "`in_srs`, which names it");
                 return Err(fault.into());
