@@ -301,7 +301,8 @@ mod tests {
             let default: Vec<String> =
                 argument.get_default_values().iter().map(|value| value.to_string_lossy().into_owned()).collect();
             let own = match &spec.default {
-                serde_json::Value::Null => String::new(),
+                // A flag that is off has no default on the command line.
+                serde_json::Value::Null | serde_json::Value::Bool(false) => String::new(),
                 serde_json::Value::String(text) => text.clone(),
                 other => other.to_string(),
             };

@@ -27,7 +27,8 @@ pub fn list() -> String {
 
 /// A stage with its options.
 pub fn stage(kind: &StageKind) -> String {
-    let mut out = format!("{}\n\n{}.\n", kind.name, kind.summary);
+    let mut out = format!("{}\n\n", kind.name);
+    wrap(&format!("{}.", kind.summary), 0, &mut out);
     let _ = match kind.collects {
         "" => writeln!(out, "It streams: memory does not grow with the number of points."),
         "always" => writeln!(out, "It needs all points at once, so memory grows with their number."),
@@ -52,11 +53,11 @@ pub fn stage(kind: &StageKind) -> String {
             help.push(format!("[default: {}]", shown(&spec.default)));
         }
         for line in help {
-            wrap(&line, &mut out);
+            wrap(&line, INDENT, &mut out);
         }
     }
     out += "  tag NAME\n";
-    wrap("Name of the stage, by which others can name it as an input", &mut out);
+    wrap("Name of the stage, by which others can name it as an input", INDENT, &mut out);
     if kind.role != Role::Reader {
         out += "  inputs NAMES\n";
         wrap(
@@ -67,7 +68,7 @@ pub fn stage(kind: &StageKind) -> String {
     let elsewhere: Vec<&str> = kind.elsewhere.iter().copied().filter(|name| *name != "option_file").collect();
     if !elsewhere.is_empty() {
         out += "\nPDAL has further options here, which gable has not:\n";
-        wrap(&elsewhere.join(", "), &mut out);
+        wrap(&elsewhere.join(", "), INDENT, &mut out);
     }
     out
 }
@@ -81,23 +82,26 @@ fn shown(value: &Value) -> String {
 }
 
 /// Appends a paragraph, indented and broken into lines.
-fn wrap(text: &str, out: &mut String) {
-    let mut column = 0;
+fn wrap(text: &str, indent: usize, out: &mut String) {
+    let mut column = None;
     for word in text.split_whitespace() {
         let length = word.chars().count();
-        if column == 0 {
-            *out += &" ".repeat(INDENT);
-            column = INDENT;
-        } else if column + 1 + length > WIDTH {
+        let Some(column) = &mut column else {
+            *out += &" ".repeat(indent);
+            *out += word;
+            column = Some(indent + length);
+            continue;
+        };
+        if *column + 1 + length > WIDTH {
             *out += "\n";
-            *out += &" ".repeat(INDENT);
-            column = INDENT;
+            *out += &" ".repeat(indent);
+            *column = indent;
         } else {
             *out += " ";
-            column += 1;
+            *column += 1;
         }
         *out += word;
-        column += length;
+        *column += length;
     }
     *out += "\n";
 }

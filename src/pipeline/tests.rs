@@ -196,7 +196,8 @@ fn reprojection_takes_heights_along() {
     let stage = |from: &str, to: &str| json!({"type": "filters.reprojection", "in_srs": from, "out_srs": to});
     let feet = 1200.0 / 3937.0;
     let near = |row: &[f64], expected: [f64; 3]| {
-        assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{row:?} is not {expected:?}");
+        // EPSG rounds the false easting of the system in feet to a thousandth, which is 0.1 mm.
+        assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-4), "{row:?} is not {expected:?}");
     };
     let rows = bench.rows(&[json!("@feet.las"), stage("EPSG:6416+6360", "EPSG:6415+5703")], "X,Y,Z");
     near(&rows[0], [6_000_000.0 * feet, 2_000_000.0 * feet, 1000.0 * feet]);
