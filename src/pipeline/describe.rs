@@ -62,6 +62,7 @@ pub fn stage(kind: &StageKind) -> String {
         out += "  inputs NAMES\n";
         wrap(
             "Tags of the stages whose points it takes; all before it whose points nobody takes, when not given",
+            INDENT,
             &mut out,
         );
     }
@@ -83,25 +84,21 @@ fn shown(value: &Value) -> String {
 
 /// Appends a paragraph, indented and broken into lines.
 fn wrap(text: &str, indent: usize, out: &mut String) {
-    let mut column = None;
-    for word in text.split_whitespace() {
+    let mut column = 0;
+    for (n, word) in text.split_whitespace().enumerate() {
         let length = word.chars().count();
-        let Some(column) = &mut column else {
-            *out += &" ".repeat(indent);
-            *out += word;
-            column = Some(indent + length);
-            continue;
-        };
-        if *column + 1 + length > WIDTH {
-            *out += "\n";
-            *out += &" ".repeat(indent);
-            *column = indent;
-        } else {
+        if n > 0 && column + 1 + length <= WIDTH {
             *out += " ";
-            *column += 1;
+            column += 1;
+        } else {
+            if n > 0 {
+                *out += "\n";
+            }
+            *out += &" ".repeat(indent);
+            column = indent;
         }
         *out += word;
-        *column += length;
+        column += length;
     }
     *out += "\n";
 }
