@@ -1,13 +1,14 @@
 # make quickstart   reconstruct the bundled corner of Delft
 # make test         run all tests
-# Both install what they need first. See README.md.
+# make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
+# All install what they need first. See README.md.
 
 export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test loop setup lint doc bench picture
+.PHONY: quickstart test platforms loop setup lint doc bench picture
 
 quickstart: setup
 	cargo build --release --locked
@@ -21,6 +22,10 @@ quickstart: setup
 # The tests use the profile of the quick start, so that the heavy libraries are built once.
 test: setup
 	cargo test --release --locked
+
+# Says that it was skipped, and why, where what it needs cannot be installed.
+platforms: setup
+	bash scripts/test-platforms.sh
 
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup

@@ -16,22 +16,26 @@
 //! - [`solid`] is what it returns, on the integer grid of the output.
 //! - [`validate`] decides whether a solid may be written.
 //! - [`sink`] writes models, one file per format.
+//! - [`convert`] takes city models from format to format and joins them.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
+//! - [`pipeline`] runs PDAL's pipelines, with a stage that does all this.
 //! - [`evaluate`] measures how good a model is.
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //!
-//! A lower floor never imports a higher one: `cli → {run, trial} → simulate → {source, segment, sink, network} →
-//! reconstruct → {solid, site} → geometry`.
+//! A lower floor never imports a higher one: `cli → {pipeline, trial} → {convert, run, simulate} → {source, segment, sink,
+//! network} → reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;
 pub mod cli;
+pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;
 pub mod network;
+pub mod pipeline;
 pub mod reconstruct;
 pub mod report;
 pub mod run;

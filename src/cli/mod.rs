@@ -6,15 +6,19 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod convert;
 mod evaluate;
 mod field;
 mod flags;
 mod info;
 mod interrupt;
 mod output;
+mod pipeline;
 mod progress;
+mod reading;
 mod reconstruct;
 mod simulate;
+mod stages;
 mod summary;
 mod trial;
 mod validate;
@@ -37,8 +41,13 @@ Examples:
     gable reconstruct tiles/*.laz --footprints footprints.gpkg -o city.city.json
   How well does it fit the points?
     gable evaluate city.city.json --points tiles/*.laz
+  PDAL's pipelines, with gable in them:
+    gable pipeline pipelines/quickstart.json
   Is it valid, or any other city model?
     gable validate city.city.json
+  For a web map, for QGIS:
+    gable convert city.city.json -o city.3dtiles
+    gable convert city.city.json -o city.gpkg
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -64,6 +73,10 @@ struct Cli {
 enum Command {
     /// Reconstruct the buildings of footprints from airborne points
     Reconstruct(Box<reconstruct::Args>),
+    /// Run a pipeline in PDAL's grammar
+    Pipeline(pipeline::Args),
+    /// List the stages of pipelines, or the options of one
+    Stages(stages::Args),
     /// Say what is in tiles and footprint files
     Info(info::Args),
     /// Measure a city model: its faces and faults, its distance to points and to a reference model; or fields, on scans
@@ -71,13 +84,17 @@ enum Command {
     Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
+    /// Write a city model in another format: CityJSON, CityJSONSeq, 3D Tiles, GeoPackage or OBJ
+    Convert(convert::Args),
+    /// Join the city models of several tiles into one
+    Merge(convert::MergeArgs),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
 }
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(pipeline::spell_out(std::env::args_os())) {
         Ok(cli) => cli,
         Err(message) => {
             // Nobody is left to tell if the terminal is gone.
@@ -88,9 +105,13 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),
+        Command::Pipeline(args) => pipeline::main(&args),
+        Command::Stages(args) => stages::main(&args),
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
+        Command::Convert(args) => convert::main(args),
+        Command::Merge(args) => convert::merge(args),
         Command::Simulate(args) => simulate::main(&args),
     };
     match outcome {

@@ -10,8 +10,8 @@ use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary};
 use crate::error::{InputError, Result};
 use crate::reconstruct::Parameters;
-use crate::run::{FootprintSource, Job, run};
-use crate::segment::{BuildingClasses, NOISE, SegmentOptions};
+use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
+use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::PointCloud;
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
@@ -106,7 +106,7 @@ pub struct Args {
     point_cloud_source: Option<String>,
 
     /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
-    #[arg(long, value_name = "DATE", value_parser = date)]
+    #[arg(long, value_name = "DATE", value_parser = recording_date)]
     point_cloud_date: Option<String>,
 
     /// Number of threads [default: one per processor]
@@ -150,42 +150,15 @@ pub fn main(args: Args) -> Outcome {
 }
 
 impl Args {
-    /// What the grammar of the options cannot tell.
-    ///
-    /// # Errors
-    /// Two options that cannot both be meant.
-    fn refuse_contradictions(&self) -> Result<(), InputError> {
-        if let BuildingClasses::Listed(classes) = &self.building_class {
-            if let Some(class) = classes.iter().find(|class| self.ground_class.contains(class)) {
-                let found = format!("class {class} as building and as ground");
-                return Err(InputError::new("--building-class and --ground-class", found, "each class in one of them")
-                    .remedy("Take it out of one; `gable info` lists the classes of a tile"));
-            }
-            if let Some(class) = classes.iter().find(|class| NOISE.contains(class)) {
-                let found = format!("class {class}, which is noise and never used");
-                return Err(InputError::new("--building-class", found, "classes that hold buildings")
-                    .remedy("Leave it out; `gable info` lists the classes of a tile"));
-            }
-        }
-        let detection = &self.parameters.0.detection;
-        let (least, most) = (detection.minimum_tolerance, detection.maximum_tolerance);
-        if least > most {
-            let found = format!("a least tolerance of {least} and a largest of {most}");
-            let options = "--minimum-tolerance and --maximum-tolerance";
-            return Err(InputError::new(options, found, "the first not above the second").remedy("Change one of them"));
-        }
-        Ok(())
-    }
-
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     fn into_job(self) -> Result<Job> {
-        self.refuse_contradictions()?;
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
-        Ok(Job {
+        let job = Job {
             tiles: self.tiles,
+            fed: None,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
             output: self.output,
             overwrite: self.overwrite,
@@ -202,55 +175,14 @@ impl Args {
             field: self.field.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
-        })
+        };
+        job.refuse_contradictions()?;
+        Ok(job)
     }
 }
-
-/// The most threads that may be asked for: more than the processors of any machine, few enough to start.
-const MOST_THREADS: usize = 1024;
 
 /// A number of threads.
 pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let threads = text.trim().parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS);
+    let threads = text.trim().parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS as usize);
     threads.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} is expected"))
-}
-
-/// A year, a month or a day of the calendar.
-fn date(text: &str) -> Result<String, String> {
-    let parts: Vec<&str> = text.split('-').collect();
-    let number = |part: &str, digits: usize| {
-        (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse::<u32>().ok()).flatten()
-    };
-    let is_date = match parts[..] {
-        [year] => number(year, 4).is_some(),
-        [year, month] => number(year, 4).is_some() && number(month, 2).is_some_and(|m| (1..=12).contains(&m)),
-        [year, month, day] => {
-            let leap = |year: u32| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-            let days = |year, month| match month {
-                2 => 28 + u32::from(leap(year)),
-                4 | 6 | 9 | 11 => 30,
-                1..=12 => 31,
-                _ => 0,
-            };
-            match (number(year, 4), number(month, 2), number(day, 2)) {
-                (Some(year), Some(month), Some(day)) => (1..=days(year, month)).contains(&day),
-                _ => false,
-            }
-        }
-        _ => false,
-    };
-    if is_date { Ok(text.to_owned()) } else { Err("expected a date such as 2014, 2014-03 or 2014-03-04".to_owned()) }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn dates_are_of_the_calendar() {
-        for good in ["2014", "2014-03", "2014-03-31", "2024-02-29"] {
-            assert_eq!(super::date(good).as_deref(), Ok(good));
-        }
-        for bad in ["", "14", "2014-13", "2014-02-29", "2014-3-4", "2014-03-04-05", "4 March 2014"] {
-            assert!(super::date(bad).is_err(), "{bad}");
-        }
-    }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::feed::Fed;
 use crate::error::{Error, Result};
 use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
@@ -12,11 +13,13 @@ use crate::segment::SegmentOptions;
 use crate::sink::PointCloud;
 use crate::source::footprints::FootprintOptions;
 
-/// What is to be done. All but the tiles, the footprints and the output has a default.
+/// What is to be done. All but the tiles or points, the footprints and the output has a default.
 #[derive(Debug, Clone, Default)]
 pub struct Job {
     /// LAS, LAZ and COPC files, folders of them, and glob patterns.
     pub tiles: Vec<String>,
+    /// Points that came without a file; they count as one more tile. With them there need be no other.
+    pub fed: Option<Fed>,
     /// The footprints; `None` takes all points for a single object.
     pub footprints: Option<FootprintSource>,
     /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]).

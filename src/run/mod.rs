@@ -12,6 +12,8 @@
 
 mod buildings;
 mod checkpoint;
+mod checks;
+mod feed;
 mod guard;
 mod identity;
 mod job;
@@ -32,6 +34,8 @@ use crate::site::Site;
 
 use journal::Journal;
 
+pub use checks::{MOST_THREADS, recording_date};
+pub use feed::{Fed, Feed};
 pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};

@@ -46,12 +46,14 @@ pub(super) struct Plan {
 /// # Errors
 /// As [`super::run`], as far as it can be told before the points are read.
 pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
-    let paths = points::expand(&job.tiles)?;
+    let fed = job.fed.as_ref();
+    let paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
+    let names: Vec<PathBuf> = paths.iter().cloned().chain(fed.map(|fed| fed.name().to_path_buf())).collect();
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
-    let model = output::model_path(&job.output, &paths, footprint_path);
+    let model = output::model_path(&job.output, &names, footprint_path);
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().unwrap_or_else(|| output::report_path(&model));
-    let files = paths.len() + usize::from(job.footprints.is_some());
+    let files = names.len() + usize::from(job.footprints.is_some());
 
     journal.stage(Stage::Read, files as u64, |journal| {
         Format::of(&model)?;
@@ -72,7 +74,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         }
         output::prepare(&model, job.overwrite || continues)?;
         output::prepare(&report, job.overwrite || continues || job.report.is_none())?;
-        let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, journal)?;
+        let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
         let layer =
             job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
@@ -83,7 +85,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         }
 
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
-        let title = stem(footprint_path.or_else(|| paths.first().map(PathBuf::as_path)).unwrap_or(&model));
+        let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(&model));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
         let (footprints, rejected, is_single) = if let Some(layer) = layer {
             let (footprints, rejected, report) = bring(layer, &crs, journal)?;
@@ -159,7 +161,7 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
             report.problems.push(problem.to_string());
             if let TileProblem::MissingPoints { expected, read, .. } = problem {
-                report.missing_points = expected.saturating_sub(read);
+                report.missing_points += expected.saturating_sub(read);
             }
         }
     }

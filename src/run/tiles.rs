@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::feed::Fed;
 use super::observer::{Event, Observer, Stage};
 use crate::error::{InputError, Result};
 use crate::report::{CrsSource, TileReport};
@@ -17,13 +18,15 @@ pub struct OpenTiles {
     pub reports: Vec<TileReport>,
 }
 
-/// Opens all tiles. One that cannot be opened is told to the observer and left out.
+/// Opens all tiles, and takes the points that were `fed` for one more. One that cannot be opened is told to the observer
+/// and left out.
 ///
 /// # Errors
 /// The fault of the first tile when none can be opened.
-pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
+pub fn open(paths: &[PathBuf], fed: Option<&Fed>, observer: &dyn Observer) -> Result<OpenTiles> {
     let mut open = OpenTiles { tiles: Vec::new(), reports: Vec::new() };
     let mut first_fault = None;
+    let is_only = paths.len() + usize::from(fed.is_some()) == 1;
     for path in paths {
         let mut report = TileReport {
             file: path.display().to_string(),
@@ -37,7 +40,7 @@ pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
             Ok(tile) => {
                 report.points = tile.points;
                 report.crs = tile.crs.as_ref().map(label);
-                if tile.points == 0 && paths.len() > 1 {
+                if tile.points == 0 && !is_only {
                     let problem = format!("{}: the tile holds no point", path.display());
                     observer.event(Event::Warning(&problem));
                     report.problems.push(problem);
@@ -47,13 +50,26 @@ pub fn open(paths: &[PathBuf], observer: &dyn Observer) -> Result<OpenTiles> {
             Err(fault) => {
                 report.problems.push(fault.to_string());
                 report.left_out = true;
-                if paths.len() > 1 {
+                if !is_only {
                     observer.event(Event::Warning(&format!("{fault}; the tile is left out")));
                 }
                 first_fault.get_or_insert(fault);
             }
         }
         open.reports.push(report);
+        observer.event(Event::Advanced { stage: Stage::Read, by: 1 });
+    }
+    if let Some(fed) = fed {
+        let crs = fed.tiles().first().and_then(|tile| tile.crs.as_ref()).map(label);
+        open.tiles.extend_from_slice(fed.tiles());
+        open.reports.push(TileReport {
+            file: fed.name().display().to_string(),
+            points: fed.points(),
+            missing_points: 0,
+            left_out: false,
+            crs,
+            problems: Vec::new(),
+        });
         observer.event(Event::Advanced { stage: Stage::Read, by: 1 });
     }
     match first_fault {

@@ -82,9 +82,9 @@ impl Harvest {
     ) -> Result<Self> {
         let mut harvest = Self::new(metres_per_unit);
         let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
-        if let Some(extent) = tile.extent.filter(|extent| is_far(*extent)) {
+        if tile.extent.is_some_and(is_far) {
             harvest.counts.passed_over = tile.points;
-            harvest.extents.push(extent);
+            harvest.extents.extend(tile.areas());
             progress(tile.points);
             return Ok(harvest);
         }
@@ -133,10 +133,10 @@ impl Harvest {
         harvest.problems = reading.problems(tile);
         // A file that is cut off covers only what could be read of it.
         let is_whole = reading.read >= reading.expected;
-        match tile.extent {
-            Some(extent) if is_whole => harvest.extents.push(extent),
-            _ if seen.is_empty() => {}
-            _ => harvest.extents.push(seen),
+        if is_whole && (tile.extent.is_some() || tile.covered.is_some()) {
+            harvest.extents.extend(tile.areas());
+        } else if !seen.is_empty() {
+            harvest.extents.push(seen);
         }
         if tile.extent.is_none() && !seen.is_empty() {
             harvest.problems.push(TileProblem::UnusableExtent { tile: tile.path.clone() });

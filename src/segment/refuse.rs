@@ -65,10 +65,12 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
     for tile in tiles.iter().filter(|tile| tile.points > 0) {
         // What is not known cannot be ruled out.
         let Some(extent) = tile.extent else { return Ok(()) };
-        if all.touches([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]) {
-            return Ok(());
+        for area in tile.areas().iter().chain([&extent]) {
+            if all.touches([area.min[0], area.min[1]], [area.max[0], area.max[1]]) {
+                return Ok(());
+            }
+            cloud.join(area);
         }
-        cloud.join(&extent);
     }
     let mut layer = Extent::EMPTY;
     for rect in footprints.iter().filter_map(|footprint| footprint.polygon.bounding_rect()) {

@@ -14,6 +14,7 @@ mod evaluate;
 mod field;
 mod info;
 mod neighbourhoods;
+mod pipeline;
 mod reconstruct;
 mod resume;
 mod simulate;

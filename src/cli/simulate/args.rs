@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use clap::{ArgMatches, Command, FromArgMatches};
 
-use super::super::flags::{Flags, Tunable};
+use super::super::flags::Flags;
+use crate::pipeline::options::Tunable;
 use crate::simulate::ScanOptions;
 use crate::simulate::shards::Interface;
 

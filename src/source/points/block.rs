@@ -1,5 +1,6 @@
 //! A block of point records as they stand in the file, and the columns we read from it.
 
+use super::spill;
 use las::{Transform, Vector};
 
 /// What we take from a point record.
@@ -17,6 +18,15 @@ pub struct ScanPoint {
     pub withheld: bool,
     /// Marked as lying in the overlap of two strips (point formats 6 to 10).
     pub overlap: bool,
+    /// The building that it names, as a place in [`Tile::buildings`](super::Tile::buildings); points of files name none.
+    pub building: Option<u32>,
+}
+
+impl ScanPoint {
+    /// A point at `position` (CRS units) of an ASPRS class, of which nothing else is known.
+    pub fn new(position: [f64; 3], class: u8) -> Self {
+        Self { position, class, return_number: 0, synthetic: false, withheld: false, overlap: false, building: None }
+    }
 }
 
 /// Some point records, as they stand in the file (LAS 1.4 R15, section 2.6).
@@ -24,21 +34,29 @@ pub struct ScanPoint {
 pub struct Block {
     bytes: Vec<u8>,
     record_len: usize,
-    extended: bool,
-    transforms: Vector<Transform>,
-    plausible: [(i32, i32); 3],
+    records: Records,
+}
+
+/// What the bytes of a record mean.
+#[derive(Debug, Clone)]
+pub(super) enum Records {
+    /// Those of a LAS file.
+    Las {
+        /// Whether they are of the formats 6 to 10.
+        extended: bool,
+        /// From stored integers to coordinates.
+        transforms: Vector<Transform>,
+        /// The range of stored integers per axis that can be real.
+        plausible: [(i32, i32); 3],
+    },
+    /// Those of [`spill`].
+    Spilled,
 }
 
 impl Block {
-    /// An empty block for records of `record_len` bytes, of the formats 6 to 10 when `extended`; `plausible` is the
-    /// range of stored integers per axis that can be real.
-    pub(super) fn new(
-        record_len: usize,
-        extended: bool,
-        transforms: Vector<Transform>,
-        plausible: [(i32, i32); 3],
-    ) -> Self {
-        Self { bytes: Vec::new(), record_len, extended, transforms, plausible }
+    /// An empty block for records of `record_len` bytes.
+    pub(super) fn new(record_len: usize, records: Records) -> Self {
+        Self { bytes: Vec::new(), record_len, records }
     }
 
     /// Makes room for `n` records and lends their bytes.
@@ -72,23 +90,32 @@ impl Block {
         self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r)).map(|r| self.decode(r))
     }
 
+    /// The records, without those with absurd coordinates, as they stand in the file.
+    pub fn records(&self) -> impl Iterator<Item = &[u8]> + '_ {
+        self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r))
+    }
+
     fn is_plausible(&self, record: &[u8]) -> bool {
-        (0..3).all(|axis| {
-            let value = stored(record, axis);
-            self.plausible[axis].0 <= value && value <= self.plausible[axis].1
-        })
+        match &self.records {
+            Records::Las { plausible, .. } => (0..3).all(|axis| {
+                let value = stored(record, axis);
+                plausible[axis].0 <= value && value <= plausible[axis].1
+            }),
+            Records::Spilled => spill::is_plausible(spill::position(record)),
+        }
     }
 
     #[inline]
     fn decode(&self, record: &[u8]) -> ScanPoint {
+        let Records::Las { extended, transforms, .. } = &self.records else { return spill::decode(record) };
         let position = [
-            self.transforms.x.direct(stored(record, 0)),
-            self.transforms.y.direct(stored(record, 1)),
-            self.transforms.z.direct(stored(record, 2)),
+            transforms.x.direct(stored(record, 0)),
+            transforms.y.direct(stored(record, 1)),
+            transforms.z.direct(stored(record, 2)),
         ];
         // Bytes 14 to 16 hold returns, flags and class: tables 7 (formats 0 to 5) and 15 (formats 6 to 10).
         let (returns, flags) = (record[14], record[15]);
-        if self.extended {
+        if *extended {
             ScanPoint {
                 position,
                 class: record[16],
@@ -96,6 +123,7 @@ impl Block {
                 synthetic: flags & 0x01 != 0,
                 withheld: flags & 0x04 != 0,
                 overlap: flags & 0x08 != 0,
+                building: None,
             }
         } else {
             ScanPoint {
@@ -105,6 +133,7 @@ impl Block {
                 synthetic: flags & 0x20 != 0,
                 withheld: flags & 0x80 != 0,
                 overlap: false,
+                building: None,
             }
         }
     }

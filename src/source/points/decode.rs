@@ -7,22 +7,32 @@ use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+/// Which fields of a record are decoded; the others are zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fields {
+    /// Those of a [`super::ScanPoint`].
+    Scan,
+    /// All.
+    All,
+}
+
 /// Decodes the chunks of one file, one after the other.
 pub(super) struct Decoder {
     records: Box<dyn RecordDecompressor<BufReader<File>>>,
     items: Vec<LazItem>,
     record_len: usize,
+    fields: Fields,
 }
 
 impl Decoder {
     /// A decoder of `file`.
-    pub fn new(file: BufReader<File>, compression: &Compression, record_len: usize) -> Self {
+    pub fn new(file: BufReader<File>, compression: &Compression, record_len: usize, fields: Fields) -> Self {
         let records: Box<dyn RecordDecompressor<BufReader<File>>> = if compression.layers.is_some() {
             Box::new(LayeredPointRecordDecompressor::new(file))
         } else {
             Box::new(SequentialPointRecordDecompressor::new(file))
         };
-        Self { records, items: compression.items.clone(), record_len }
+        Self { records, items: compression.items.clone(), record_len, fields }
     }
 
     /// The file; its position is that of the decoder.
@@ -38,7 +48,12 @@ impl Decoder {
         self.records.reset();
         self.records.set_fields_from(&self.items).map_err(|e| e.to_string())?;
         // Layers that are not wanted are passed over, which saves half the time for point formats 6 to 10.
-        let selection = DecompressionSelection::base().decompress_z().decompress_classification().decompress_flags();
+        let selection = match self.fields {
+            Fields::Scan => {
+                DecompressionSelection::base().decompress_z().decompress_classification().decompress_flags()
+            }
+            Fields::All => DecompressionSelection::all(),
+        };
         self.records.set_selection(selection);
         self.source().seek(SeekFrom::Start(start)).map_err(|e| e.to_string())?;
         Ok(())

@@ -4,6 +4,7 @@
 //! - [`Tile::open`] reads and checks the header, nothing more.
 //! - [`Tile::stream`] hands out the points block by block; of a COPC tile only the octree nodes that are wanted.
 //! - [`Tile::summary`] streams once and counts.
+//! - [`SpillWriter`] makes tiles of points that come without a file.
 //!
 //! The `las` crate gives header, formats and COPC hierarchy, `laz` the decompression. The loop over the chunks is our
 //! own, because a damaged or cut-off file must cost the points that are damaged or missing and nothing more: every
@@ -16,6 +17,7 @@ mod decode;
 mod expand;
 mod header;
 mod problem;
+mod spill;
 mod stream;
 mod summary;
 mod tile;
@@ -28,6 +30,7 @@ mod tests;
 pub use block::{Block, ScanPoint};
 pub use expand::expand;
 pub use problem::TileProblem;
+pub use spill::SpillWriter;
 pub use stream::{Reading, Region};
 pub use summary::TileSummary;
 pub use tile::{Extent, Tile};

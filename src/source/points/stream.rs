@@ -2,12 +2,13 @@
 
 use super::block::Block;
 use super::chunks::{Chunk, Chunking, Compression};
-use super::decode::{Decoder, explain};
+use super::decode::{Decoder, Fields, explain};
 use super::problem::TileProblem;
 use super::tile::Tile;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::ControlFlow;
 
 /// Points per block: large enough to make calls cheap, small enough (600 KB) to stay in the cache and out of the way.
 const BLOCK: u64 = 16_384;
@@ -58,16 +59,46 @@ impl Tile {
     /// # Errors
     /// The file cannot be opened.
     pub fn stream(&self, region: Option<&Region>, visit: &mut dyn FnMut(&Block)) -> Result<Reading> {
+        self.stream_fields(Fields::Scan, region, &mut |block| {
+            visit(block);
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// The same with all fields of the records decoded, for [`Block::records`], until `visit` says to stop; what was not
+    /// read then is not missing.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub fn stream_records(
+        &self,
+        region: Option<&Region>,
+        visit: &mut dyn FnMut(&Block) -> ControlFlow<()>,
+    ) -> Result<Reading> {
+        self.stream_fields(Fields::All, region, visit)
+    }
+
+    fn stream_fields(
+        &self,
+        fields: Fields,
+        region: Option<&Region>,
+        visit: &mut dyn FnMut(&Block) -> ControlFlow<()>,
+    ) -> Result<Reading> {
         let layout = self.layout();
         let mut reading = Reading { expected: layout.points, ..Reading::default() };
         if layout.points == 0 {
             return Ok(reading);
         }
+        if let Some(spill) = &self.spill {
+            let mut out = Output { block: self.block(), reading: &mut reading, visit, is_over: false };
+            self.stream_plain(&mut spill.reader(), &mut out);
+            return Ok(reading);
+        }
         let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         let mut file = BufReader::with_capacity(1 << 16, file);
-        let mut out = Output { block: self.block(), reading: &mut reading, visit };
+        let mut out = Output { block: self.block(), reading: &mut reading, visit, is_over: false };
         match &layout.compression {
-            None => self.stream_records(&mut file, &mut out),
+            None => self.stream_plain(&mut file, &mut out),
             Some(compression) => {
                 let nodes = region.and_then(|region| self.copc_nodes(region));
                 let chunks = match nodes {
@@ -78,7 +109,7 @@ impl Tile {
                     }
                     None => compression.table(&mut file, layout),
                 };
-                let decoder = Decoder::new(file, compression, layout.record_len);
+                let decoder = Decoder::new(file, compression, layout.record_len, fields);
                 match chunks {
                     Some(chunks) => self.stream_chunks(decoder, compression, &chunks, &mut out),
                     None => self.stream_without_table(decoder, compression, &mut out),
@@ -89,7 +120,7 @@ impl Tile {
     }
 
     /// Uncompressed records: as many as the file holds.
-    fn stream_records(&self, file: &mut BufReader<File>, out: &mut Output) {
+    fn stream_plain(&self, file: &mut (impl Read + Seek), out: &mut Output) {
         let layout = self.layout();
         let held = (layout.file_size - layout.data_start) / layout.record_len as u64;
         let mut left = layout.points.min(held);
@@ -100,7 +131,7 @@ impl Tile {
             out.reading.cause = Some(explain(&error));
             return;
         }
-        while left > 0 {
+        while left > 0 && !out.is_over {
             let n = left.min(BLOCK);
             if let Err(error) = file.read_exact(out.block.resize(n as usize)) {
                 out.reading.cause = Some(explain(&error));
@@ -114,6 +145,9 @@ impl Tile {
     /// Chunks whose places are known: one that is damaged costs its own points only.
     fn stream_chunks(&self, mut decoder: Decoder, compression: &Compression, chunks: &[Chunk], out: &mut Output) {
         for chunk in chunks {
+            if out.is_over {
+                return;
+            }
             let mut points = chunk.points;
             if compression.layers.is_some() {
                 let bytes = chunk.bytes.min(self.layout().file_size.saturating_sub(chunk.start));
@@ -136,7 +170,7 @@ impl Tile {
         let layout = self.layout();
         let mut start = layout.data_start + 8;
         let mut left = layout.points;
-        while left > 0 {
+        while left > 0 && !out.is_over {
             let bytes = layout.file_size.saturating_sub(start);
             let stated = match compression.layers {
                 Some(_) => compression.checked_layers(decoder.source(), layout.record_len, start, bytes),
@@ -201,14 +235,15 @@ impl Tile {
 struct Output<'a> {
     block: Block,
     reading: &'a mut Reading,
-    visit: &'a mut dyn FnMut(&Block),
+    visit: &'a mut dyn FnMut(&Block) -> ControlFlow<()>,
+    is_over: bool,
 }
 
 impl Output<'_> {
     /// Decodes `points` records of the chunk that the decoder is at, and hands them out.
     fn fill_from(&mut self, decoder: &mut Decoder, points: u64) -> Result<(), String> {
         let mut left = points;
-        while left > 0 {
+        while left > 0 && !self.is_over {
             let n = left.min(BLOCK);
             let (done, cause) = decoder.fill(self.block.resize(n as usize));
             self.hand_out(done);
@@ -225,7 +260,10 @@ impl Output<'_> {
         if records > 0 {
             self.reading.read += records as u64;
             self.reading.absurd += self.block.absurd() as u64;
-            (self.visit)(&self.block);
+            self.is_over |= (self.visit)(&self.block).is_break();
+            if self.is_over {
+                self.reading.expected = self.reading.read;
+            }
         }
     }
 }

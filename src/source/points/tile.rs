@@ -1,18 +1,20 @@
 //! A tile: what its header says.
 
-use super::block::Block;
+use super::block::{Block, Records};
 use super::header::{self, Layout};
+use super::spill::Spill;
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 use las::{Transform, Vector};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// No coordinate of any CRS of the Earth, in any of its units, is larger.
-const LARGEST: f64 = 1e9;
+pub(super) const LARGEST: f64 = 1e9;
 /// No height on the Earth, in any of its units, is larger.
-const HIGHEST: f64 = 1e5;
+pub(super) const HIGHEST: f64 = 1e5;
 /// How far outside the header's extent a point may lie before it is taken for damage, CRS units. Headers that are a
 /// little wrong are common; a coordinate from damaged data is off by hundreds of kilometres.
 const LEEWAY: f64 = 1000.0;
@@ -52,10 +54,11 @@ impl Extent {
     }
 }
 
-/// A LAS, LAZ or COPC file whose header has been read and checked.
+/// A LAS, LAZ or COPC file whose header has been read and checked, or points that came without a file (see
+/// [`SpillWriter`](super::SpillWriter)).
 #[derive(Debug, Clone)]
 pub struct Tile {
-    /// The file.
+    /// The file; the name of points that came without one.
     pub path: PathBuf,
     /// Its header with the variable length records.
     pub header: las::Header,
@@ -73,7 +76,13 @@ pub struct Tile {
     pub point_format: u8,
     /// Whether it is a cloud-optimised point cloud, whose octree can be queried.
     pub is_copc: bool,
-    layout: Layout,
+    /// The areas that were scanned, where they are known otherwise than by the extent of the points; `None` where that is
+    /// all that is known.
+    pub covered: Option<Vec<Extent>>,
+    /// The ids that [`ScanPoint::building`](super::ScanPoint::building) refers to; empty for files.
+    pub buildings: Arc<[String]>,
+    pub(super) layout: Layout,
+    pub(super) spill: Option<Spill>,
 }
 
 impl Tile {
@@ -104,8 +113,19 @@ impl Tile {
             point_format: layout.point_format,
             is_copc: header.copc_info_vlr().is_some() && header.copc_hierarchy_evlr().is_some(),
             header,
+            covered: None,
+            buildings: Arc::default(),
             layout,
+            spill: None,
         })
+    }
+
+    /// The areas that were scanned: [`Self::covered`], or the extent.
+    pub fn areas(&self) -> &[Extent] {
+        match &self.covered {
+            Some(areas) => areas,
+            None => self.extent.as_slice(),
+        }
     }
 
     pub(super) fn layout(&self) -> &Layout {
@@ -114,6 +134,9 @@ impl Tile {
 
     /// An empty block for records of this tile.
     pub(super) fn block(&self) -> Block {
+        if self.spill.is_some() {
+            return Block::new(self.layout.record_len, Records::Spilled);
+        }
         let transforms = *self.header.transforms();
         let axes = [transforms.x, transforms.y, transforms.z];
         let plausible = std::array::from_fn(|axis| {
@@ -124,7 +147,8 @@ impl Tile {
             let most = if axis == 2 { HIGHEST } else { LARGEST };
             stored_range(axes[axis], low.max(-most), high.min(most))
         });
-        Block::new(self.layout.record_len, self.header.point_format().is_extended, transforms, plausible)
+        let extended = self.header.point_format().is_extended;
+        Block::new(self.layout.record_len, Records::Las { extended, transforms, plausible })
     }
 }
 

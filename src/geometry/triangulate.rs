@@ -16,13 +16,20 @@ pub fn newell(ring: &[Point3<f64>]) -> Vector3<f64> {
 ///
 /// The triangles use the polygon's own vertices only, so that neighbours which share an edge still share it.
 pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
+    let vertices: Vec<Point3<f64>> = rings.iter().flatten().copied().collect();
+    let point = |i: usize| vertices.get(i).copied();
+    triangle_indices(rings).into_iter().filter_map(|[a, b, c]| Some([point(a)?, point(b)?, point(c)?])).collect()
+}
+
+/// The triangles of [`triangulate`] as indices into the vertices of all rings, one ring after the other.
+pub fn triangle_indices(rings: &[Vec<Point3<f64>>]) -> Vec<[usize; 3]> {
     let Some(exterior) = rings.first() else { return Vec::new() };
     let normal = newell(exterior);
     if normal.norm() <= 0.0 || !normal.norm().is_finite() {
         return Vec::new();
     }
-    if let ([a, b, c], 1) = (exterior.as_slice(), rings.len()) {
-        return vec![[*a, *b, *c]];
+    if (exterior.len(), rings.len()) == (3, 1) {
+        return vec![[0, 1, 2]];
     }
     // Dropping the axis along which the normal is longest keeps the projection far from degenerate.
     let dropped = normal.iamax();
@@ -35,9 +42,9 @@ pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
     triangle_indices
         .chunks_exact(3)
         .filter_map(|corners| {
-            let corner = |i: usize| vertices.get(*corners.get(i)?).map(|p| **p);
-            let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
-            let turns_along = (b - a).cross(&(c - a)).dot(&normal) >= 0.0;
+            let [a, b, c] = *corners.first_chunk::<3>()?;
+            let [p, q, r] = [*vertices.get(a)?, *vertices.get(b)?, *vertices.get(c)?];
+            let turns_along = (q - p).cross(&(r - p)).dot(&normal) >= 0.0;
             Some(if turns_along { [a, b, c] } else { [a, c, b] })
         })
         .collect()

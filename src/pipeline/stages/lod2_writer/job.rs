@@ -1,0 +1,89 @@
+//! From the options of `writers.lod2` to a job.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use crate::error::{InputError, Result};
+use crate::network::FieldOptions;
+use crate::pipeline::options::{Tunable, Values, tuned};
+use crate::pipeline::source::crs_of;
+use crate::reconstruct::Parameters;
+use crate::run::{self, FootprintSource, Job};
+use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::sink::{Format, PointCloud};
+use crate::source::footprints::FootprintOptions;
+
+/// The job without its points.
+///
+/// # Errors
+/// A value that cannot be understood, options that contradict each other, or an output in no known format.
+pub fn job(values: &Values, filename: &Path) -> Result<Job> {
+    let given = |name: &str| values.text(name).map(str::to_owned);
+    let has_footprints = values.is_given("footprints");
+    if has_footprints && values.is_on("no_footprint") {
+        return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
+    }
+    if !has_footprints {
+        let needless =
+            ["footprint_crs", "layer", "filter", "id_attribute"].into_iter().find(|name| values.is_given(name));
+        if let Some(name) = needless {
+            return Err(values.place().fault(format!("`{name}` without `footprints`"), "`footprints`").into());
+        }
+    }
+    if filename.extension().is_some() && !filename.is_dir() {
+        Format::of(filename).map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
+    }
+    let crs = values.text("footprint_crs").map(|text| crs_of(values, "footprint_crs", text)).transpose()?;
+    let options =
+        FootprintOptions { layer: given("layer"), filter: given("filter"), id_attribute: given("id_attribute"), crs };
+    let date = values.text("point_cloud_date").map(run::recording_date).transpose();
+    let date = date.map_err(|expected| {
+        values.fault("point_cloud_date", &given("point_cloud_date").unwrap_or_default(), expected)
+    })?;
+    let segmentation = SegmentOptions {
+        building_classes: building_classes(values)?,
+        ground_classes: ground_classes(values)?,
+        ..structure(values)?
+    };
+    let job = Job {
+        footprints: given("footprints").map(|path| FootprintSource { path: path.into(), options }),
+        output: filename.to_path_buf(),
+        overwrite: values.is_on("overwrite"),
+        resume: values.is_on("resume"),
+        report: values.text("report").map(PathBuf::from),
+        crs: given("crs"),
+        threads: values.whole("jobs").and_then(|jobs| NonZeroUsize::new(usize::try_from(jobs).ok()?)),
+        segmentation,
+        parameters: structure::<Parameters>(values)?,
+        field: structure::<FieldOptions>(values)?,
+        point_cloud: PointCloud { source: given("point_cloud_source"), date },
+        ..Job::default()
+    };
+    job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
+    Ok(job)
+}
+
+/// A structure with what was given of its fields.
+fn structure<T: Tunable>(values: &Values) -> Result<T, InputError> {
+    tuned(&T::default(), |name| values.given(name)).map_err(|(name, reason)| values.fault(&name, "a value", reason))
+}
+
+fn building_classes(values: &Values) -> Result<BuildingClasses, InputError> {
+    if !values.is_given("building_class") {
+        return Ok(SegmentOptions::default().building_classes);
+    }
+    let text = values.texts("building_class").join(",");
+    text.parse()
+        .map_err(|_| values.fault("building_class", &format!("`{text}`"), "classes from 0 to 255 such as 1,6, or any"))
+}
+
+fn ground_classes(values: &Values) -> Result<Vec<u8>, InputError> {
+    if !values.is_given("ground_class") {
+        return Ok(SegmentOptions::default().ground_classes);
+    }
+    let texts = values.texts("ground_class");
+    let classes: Result<Vec<u8>, _> = texts.iter().map(|text| text.parse::<u8>()).collect();
+    classes.map_err(|_| {
+        values.fault("ground_class", &format!("`{}`", texts.join(",")), "classes from 0 to 255 such as 2,8")
+    })
+}
