@@ -116,7 +116,9 @@ fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature
         .iter()
         .zip(grids)
         .flat_map(|(model, grid)| model.groups().into_iter().map(move |group| (model, grid, group)))
-        .map(|(model, grid, group)| (model, grid, group.into_iter().filter_map(|i| model.objects.get(i)).collect::<Vec<_>>()))
+        .map(|(model, grid, group)| {
+            (model, grid, group.into_iter().filter_map(|i| model.objects.get(i)).collect::<Vec<_>>())
+        })
         .collect();
     groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, &group, options)).collect()
 }

@@ -38,6 +38,7 @@ mod tiles;
 #[cfg(test)]
 mod tests;
 
+pub use crate::geometry::triangulate;
 pub use agreement::{Agreement, PointMeter};
 pub use cover::Cover;
 pub use evaluation::{BuildingEvaluation, Evaluation, Overall, OverallReference, ReferenceAgreement, Tops, Typical};
@@ -48,4 +49,3 @@ pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
 pub use tiles::{TileFilter, stream_points};
-pub use crate::geometry::triangulate;
