@@ -127,8 +127,8 @@ impl Cell {
         self.count
     }
 
-    /// Splits the cell where it holds too much for a tile.
-    pub(super) fn split(self, folder: &Path) -> io::Result<Split> {
+    /// Splits the cell where it holds too much for a tile, or where its sides are longer than `widest` in units of the CRS.
+    pub(super) fn split(self, folder: &Path, widest: f64) -> io::Result<Split> {
         let Self { file, count, triangles, square, name, level } = self;
         let mut reader = BufReader::new(file);
         let mut next = || -> io::Result<Option<Entry>> {
@@ -136,7 +136,8 @@ impl Cell {
             reader.read_exact(&mut bytes)?;
             Ok(Entry::take(&bytes))
         };
-        if count <= 1 || (count <= MOST_FEATURES && triangles <= MOST_TRIANGLES) {
+        let is_small = count <= MOST_FEATURES && triangles <= MOST_TRIANGLES && 2.0 * square.half <= widest;
+        if count <= 1 || is_small {
             let entries = (0..count).map(|_| next()).collect::<io::Result<Vec<_>>>()?;
             return Ok(Split::Leaf(entries.into_iter().flatten().collect()));
         }
@@ -163,7 +164,7 @@ mod tests {
 
     fn leaves(cell: Cell, folder: &Path, out: &mut Vec<(String, Vec<Entry>)>) {
         let name = cell.name().to_owned();
-        match cell.split(folder).unwrap() {
+        match cell.split(folder, 1e3).unwrap() {
             Split::Leaf(entries) => out.push((name, entries)),
             Split::Cells(cells) => cells.into_iter().for_each(|cell| leaves(cell, folder, out)),
         }
@@ -172,7 +173,9 @@ mod tests {
     fn tree(entries: &[Entry], min: [f64; 2], max: [f64; 2]) -> Vec<(String, Vec<Entry>)> {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = CellWriter::create(folder.path()).unwrap();
-        entries.iter().for_each(|entry| writer.push(*entry).unwrap());
+        for entry in entries {
+            writer.push(*entry).unwrap();
+        }
         let mut out = Vec::new();
         leaves(writer.root(min, max).unwrap(), folder.path(), &mut out);
         out
