@@ -13,7 +13,7 @@ use crate::validate::semantics::{self, Label};
 use crate::validate::{Claim, Fault, Place, composite, solid, visit};
 
 /// The objects of a model by their top-level object, which comes first; in the order of the file.
-pub(super) fn groups(model: &CityModel) -> Vec<Vec<&CityObject>> {
+pub(crate) fn groups(model: &CityModel) -> Vec<Vec<&CityObject>> {
     let index: HashMap<&str, usize> =
         model.objects.iter().zip(0..).map(|(object, i)| (object.id.as_str(), i)).collect();
     let parent = |i: usize| {

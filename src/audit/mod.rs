@@ -27,6 +27,7 @@ use crate::error::{Error, InputError, Result};
 use crate::source::cityjson::{self, CityModel};
 use crate::source::crs::Crs;
 use crate::validate::Tolerances;
+pub(crate) use feature::groups;
 use grid::Grid;
 pub use report::{Feature, Finding, Overview, Parameters, Report};
 
@@ -115,7 +116,7 @@ fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature
     let groups: Vec<_> = models
         .iter()
         .zip(grids)
-        .flat_map(|(model, grid)| feature::groups(model).into_iter().map(move |group| (model, grid, group)))
+        .flat_map(|(model, grid)| groups(model).into_iter().map(move |group| (model, grid, group)))
         .collect();
     groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, &group, options)).collect()
 }

@@ -13,11 +13,13 @@ mod info;
 mod interrupt;
 mod output;
 mod progress;
+mod reading;
 mod reconstruct;
 mod simulate;
 mod summary;
 mod trial;
 mod validate;
+mod view;
 
 use std::process::ExitCode;
 
@@ -39,6 +41,8 @@ Examples:
     gable evaluate city.city.json --points tiles/*.laz
   Is it valid, or any other city model?
     gable validate city.city.json
+  What does it look like, and where is it at fault?
+    gable view city.city.json --points tiles/*.laz
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -71,6 +75,8 @@ enum Command {
     Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
+    /// Write a page to look at a city model in: one HTML file, with the points and the faults
+    View(view::Args),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
 }
@@ -91,6 +97,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
+        Command::View(args) => view::main(&args),
         Command::Simulate(args) => simulate::main(&args),
     };
     match outcome {

@@ -1,14 +1,11 @@
 //! `gable validate`: is a city model valid.
 
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
 
 use super::Outcome;
-use super::output::{counted, print, say, table, thousands, write_json};
+use super::output::{print, say, table, thousands, write_json};
+use super::reading::Reading;
 use crate::audit::{Finding, Options, Report, audit};
 use crate::error::{InputError, Result};
 use crate::validate::{Tolerances, codes};
@@ -78,7 +75,7 @@ pub fn main(args: &Args) -> Outcome {
     let options = options(args)?;
     let mut reports = Vec::new();
     for path in &args.files {
-        let mut progress = Progress::new(path);
+        let mut progress = Reading::new("validate", path);
         let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
         drop(progress);
         match found {
@@ -117,54 +114,6 @@ fn options(args: &Args) -> Result<Options> {
     }
     let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals };
     Ok(Options { tolerances, overlap: args.overlap })
-}
-
-/// How often a plain line says how far it is.
-const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
-
-/// How far a file has been read: a bar on a terminal, a plain line now and then otherwise.
-struct Progress {
-    bar: Option<ProgressBar>,
-    size: u64,
-    read: u64,
-    last_line: Instant,
-}
-
-impl Progress {
-    fn new(path: &Path) -> Self {
-        let size = std::fs::metadata(path).map_or(0, |m| m.len());
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let template = "validate {wide_bar} {msg}, {bytes} of {total_bytes}, {eta} left";
-            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-            let bar = ProgressBar::new(size).with_style(style);
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
-        Self { bar, size, read: 0, last_line: Instant::now() }
-    }
-
-    fn advance(&mut self, features: usize, bytes: u64) {
-        self.read += bytes;
-        let features = counted(features as u64, "feature");
-        if let Some(bar) = &self.bar {
-            bar.inc(bytes);
-            bar.set_message(features);
-        } else if self.last_line.elapsed() >= PLAIN_INTERVAL {
-            self.last_line = Instant::now();
-            say(&format!(
-                "validate: {features}, {:.0} % of the file",
-                100.0 * self.read as f64 / self.size.max(1) as f64
-            ));
-        }
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
 }
 
 /// A report for a person.

@@ -49,4 +49,4 @@ pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
 pub use tiles::{TileFilter, stream_points};
-pub use triangulate::triangulate;
+pub use triangulate::{newell, triangulate, triangulate_corners};

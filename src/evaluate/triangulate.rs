@@ -16,13 +16,21 @@ pub fn newell(ring: &[Point3<f64>]) -> Vector3<f64> {
 ///
 /// The triangles use the polygon's own vertices only, so that neighbours which share an edge still share it.
 pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
+    let vertices: Vec<&Point3<f64>> = rings.iter().flatten().collect();
+    let corner = |i: usize| vertices.get(i).map(|p| **p);
+    let triangles = triangulate_corners(rings).into_iter();
+    triangles.filter_map(|[a, b, c]| Some([corner(a)?, corner(b)?, corner(c)?])).collect()
+}
+
+/// The same, each corner as its number in the polygon, counted through all rings.
+pub fn triangulate_corners(rings: &[Vec<Point3<f64>>]) -> Vec<[usize; 3]> {
     let Some(exterior) = rings.first() else { return Vec::new() };
     let normal = newell(exterior);
     if normal.norm() <= 0.0 || !normal.norm().is_finite() {
         return Vec::new();
     }
-    if let ([a, b, c], 1) = (exterior.as_slice(), rings.len()) {
-        return vec![[*a, *b, *c]];
+    if exterior.len() == 3 && rings.len() == 1 {
+        return vec![[0, 1, 2]];
     }
     // Dropping the axis along which the normal is longest keeps the projection far from degenerate.
     let dropped = normal.iamax();
@@ -35,10 +43,10 @@ pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
     triangle_indices
         .chunks_exact(3)
         .filter_map(|corners| {
-            let corner = |i: usize| vertices.get(*corners.get(i)?).map(|p| **p);
-            let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
+            let [i, j, k] = corners.try_into().ok()?;
+            let [a, b, c] = [*vertices.get(i)?, *vertices.get(j)?, *vertices.get(k)?];
             let turns_along = (b - a).cross(&(c - a)).dot(&normal) >= 0.0;
-            Some(if turns_along { [a, b, c] } else { [a, c, b] })
+            Some(if turns_along { [i, j, k] } else { [i, k, j] })
         })
         .collect()
 }
