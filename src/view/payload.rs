@@ -125,7 +125,7 @@ pub(super) struct Head {
     surfaces: Vec<Surface>,
     objects: Vec<Object>,
     features: Vec<FeatureHead>,
-    attributes: Vec<Meaning>,
+    attributes: Vec<Known>,
     /// What is wrong with the file as a whole.
     faults: Vec<Fault>,
     points: Option<Points>,
@@ -164,7 +164,7 @@ pub(super) struct FeatureHead {
 
 /// What an attribute of gable's means.
 #[derive(Debug, Serialize)]
-struct Meaning {
+struct Known {
     name: &'static str,
     unit: &'static str,
     meaning: &'static str,
@@ -293,13 +293,13 @@ impl Payload {
 
     /// What there is to say of the file.
     pub fn describe(&mut self, name: &str, crs: Option<&Crs>, found: &audit::Report) {
-        self.head.name = name.to_owned();
+        name.clone_into(&mut self.head.name);
         self.head.format.clone_from(&found.input_file_type);
         self.head.crs = crs.map(ToString::to_string);
         self.head.faults = found.dataset_errors.iter().map(Fault::of_file).collect();
         self.contents.unreadable = found.dataset_errors.len();
-        let meaning = ATTRIBUTES.iter().map(|a| Meaning { name: a.name, unit: a.unit, meaning: a.meaning });
-        self.head.attributes = meaning.collect();
+        let known = ATTRIBUTES.iter().map(|a| Known { name: a.name, unit: a.unit, meaning: a.meaning });
+        self.head.attributes = known.collect();
     }
 
     /// The points of the tiles around the features.

@@ -19,3 +19,4 @@ mod resume;
 mod simulate;
 mod trial;
 mod validate;
+mod view;

@@ -203,7 +203,7 @@ test('a model of another maker: what it lacks is greyed out, its faults are list
   const page = await openPage(view(lines.map((line) => JSON.stringify(line)).join('\n'), 'opened'));
   assert.equal(await text(page, '#building-count'), '11');
   assert.ok(await page.$eval('#colourings [data-key=ladder]', (node) => node.disabled && node.title.includes('gable_ladder_step')));
-  assert.match(await text(page, '#reason'), /no building has gable_ladder_step/);
+  assert.match(await text(page, '#reason'), /Greyed out: no building has .*gable_ladder_step/);
   assert.match(await text(page, '#faults'), /302 shell not closed/);
   await page.click('#faults .list button');
   assert.equal(await text(page, '#selected-id'), lines[3].id);

@@ -13,12 +13,22 @@ export class Camera {
     Object.assign(this.controls, { zoomToCursor: true, screenSpacePanning: false, zoomSpeed: 1.6, maxPolarAngle: Math.PI * 0.98 });
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
-    this.controls.addEventListener('change', () => view.invalidate());
-    this.controls.addEventListener('start', () => (this.flight = null));
+    this.controls.addEventListener('change', () => {
+      this.hasMoved = true;
+      view.invalidate();
+    });
+    this.controls.addEventListener('start', () => this.leave());
     view.beforeFrame.push((now) => this.beforeFrame(now));
+    // Terrain reaches farther than what one looks for.
+    const shaped = view.model.features.flatMap((feature, f) => (feature.hasShape ? [f] : []));
+    this.buildings = shaped.filter((f) => view.model.features[f].isBuilding);
+    this.buildings = this.buildings.length > 0 ? this.buildings : shaped;
     this.whole = boxOf(view.model, view.model.features.map((_, f) => f));
     this.controls.maxDistance = this.radius(this.whole) * 12;
     this.controls.minDistance = 0.5;
+    view.camera.position.set(10, -10, 10);
+    // By how many pixels the picture is moved to the left, and shall be: what a flight goes to is not behind the panel.
+    [this.shift, this.wantedShift] = [0, 0];
     this.isCalm = window.matchMedia('(prefers-reduced-motion: reduce)').matches;
   }
 
@@ -26,17 +36,38 @@ export class Camera {
     return Math.max(box.getSize(new Vector3()).length() / 2, 2);
   }
 
+  /** From now on the viewer goes where they want: a flight ends, and a change of the window leaves the view as it is. */
+  leave() {
+    this.flight = null;
+    this.fitted = null;
+  }
+
+  /** Keeps so many pixels at the right free of what is flown to. */
+  keepFree(pixels) {
+    this.wantedShift = pixels / 2;
+    this.view.invalidate();
+  }
+
+  /** Fits anew what still is as it was fitted, after a change of the window. */
+  refit() {
+    if (this.fitted) {
+      this.fit(this.fitted.fromAbove);
+    }
+  }
+
   /** Looks at all of the model from the south-east, or from straight above. */
-  fit(fromAbove = false, at = 0) {
+  fit(fromAbove = false, milliseconds = 0) {
+    this.fitted = { fromAbove };
     const direction = fromAbove ? new Vector3(0, -0.001, 1) : new Vector3(0.42, -0.78, 0.62);
-    this.fly(this.view.model.features.map((_, f) => f), direction.normalize(), at);
+    this.fly(this.buildings, direction.normalize(), milliseconds);
   }
 
   /** Looks at features from where the viewer stands, or steeply enough to see their roofs. */
-  lookAt(features) {
+  lookAt(features, milliseconds = FLIGHT) {
+    this.leave();
     const direction = this.view.camera.position.clone().sub(this.controls.target).normalize();
     direction.z = Math.max(direction.z, 0.45);
-    this.fly(features, direction.normalize(), FLIGHT, 1.9);
+    this.fly(features, direction.normalize(), milliseconds, 1.9);
   }
 
   fly(features, direction, milliseconds = FLIGHT, room = 1) {
@@ -118,7 +149,7 @@ export class Camera {
   }
 
   moved() {
-    this.flight = null;
+    this.leave();
     this.controls.update();
     this.view.invalidate();
   }
@@ -136,6 +167,11 @@ export class Camera {
       this.controls.update();
       this.view.invalidate();
     }
+    this.slide();
+    if (this.hasMoved) {
+      this.hasMoved = false;
+      this.view.keepUp(now);
+    }
     const away = camera.position.distanceTo(this.controls.target);
     const reach = this.radius(this.whole);
     const middle = camera.position.distanceTo(this.whole.getCenter(new Vector3()));
@@ -144,6 +180,21 @@ export class Camera {
     camera.updateProjectionMatrix();
     this.view.setScale((2 * away * Math.tan((camera.fov * Math.PI) / 360)) / Math.max(this.view.height ?? 1, 1));
     this.castAround(away);
+  }
+
+  /** Brings the picture nearer to where it shall be. */
+  slide() {
+    const left = this.wantedShift - this.shift;
+    if (left !== 0) {
+      this.shift = this.isCalm || Math.abs(left) < 1 ? this.wantedShift : this.shift + left * 0.2;
+      this.view.invalidate();
+    }
+    const { clientWidth: width, clientHeight: height } = this.view.renderer.domElement;
+    if (this.shift === 0) {
+      this.view.camera.clearViewOffset();
+    } else {
+      this.view.camera.setViewOffset(width, height, this.shift, 0, width, height);
+    }
   }
 
   /** The shadow map covers what is looked at; where that is all, it is cast once. */

@@ -1,12 +1,12 @@
 // What the model can be coloured by.
 //
 // A colouring says of each face, or of the feature it belongs to, which category it is of or which number it has:
-//   { key, name, reason (why it is not to be had, or null), scope: 'face' | 'feature',
+//   { key, name, reason (why it is not to be had, or null), lacks (the attribute that it needs), scope: 'face' | 'feature',
 //     kind: 'categories', categories: [{ name, colour }], of(item) → index or -1
 //     kind: 'ramp', ramp, range: [low, high], unit, of(item) → number or NaN }
 
 import { decimal, words } from './format.js';
-import { CATEGORIES, LABELS, LADDER, NOTHING, RAMPS } from './palette.js';
+import { CATEGORIES, KINDS, LABELS, LADDER, NOTHING, RAMPS } from './palette.js';
 
 const STEPS = ['lod22', 'lod22-coarse', 'lod22-coarsest', 'lod12', 'footprint'];
 const STEP_NAMES = ['LoD 2.2', 'LoD 2.2, tolerances × 2', 'LoD 2.2, tolerances × 4', 'LoD 1.2', 'footprint only'];
@@ -43,14 +43,18 @@ function roundUp(value) {
 }
 
 function semantics(model) {
-  const names = [...new Set(model.surfaces.map((surface) => surface.type))];
-  const known = Object.keys(LABELS);
-  const rank = (name) => (known.includes(name) ? known.indexOf(name) : known.length);
-  names.sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
+  const known = { ...LABELS, ...KINDS };
+  const order = Object.keys(known);
+  // What has no label is of the type of its object, unless that is a building: there the label is what is asked for.
+  const ofObject = model.objects.map((object) => (/^Building/.test(object.type) ? null : object.type));
+  const found = new Set(model.surfaces.map((surface) => surface.type));
+  model.faceSurface.forEach((surface, face) => surface < 0 && ofObject[model.faceObject[face]] && found.add(ofObject[model.faceObject[face]]));
+  const rank = (name) => (order.includes(name) ? order.indexOf(name) : order.length);
+  const names = [...found].sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
   const free = CATEGORIES.values();
-  const categories = names.map((name) => ({ name: name || 'no type', colour: LABELS[name] ?? free.next().value ?? NOTHING }));
+  const categories = names.map((name) => ({ name: name || 'no type', colour: known[name] ?? free.next().value ?? NOTHING }));
   const index = new Map(names.map((name, i) => [name, i]));
-  const ofSurface = model.surfaces.map((surface) => index.get(surface.type));
+  const [bySurface, byObject] = [model.surfaces.map((surface) => index.get(surface.type)), ofObject.map((kind) => index.get(kind) ?? -1)];
   return {
     key: 'semantics',
     name: 'Semantics',
@@ -59,7 +63,7 @@ function semantics(model) {
     kind: 'categories',
     categories,
     nothing: 'no label',
-    of: (face) => (model.faceSurface[face] < 0 ? -1 : ofSurface[model.faceSurface[face]]),
+    of: (face) => (model.faceSurface[face] < 0 ? byObject[model.faceObject[face]] : bySurface[model.faceSurface[face]]),
   };
 }
 
@@ -70,6 +74,7 @@ function rmse(model) {
   const best = model.features.map((feature) => of(feature, feature.best)).filter(Number.isFinite).sort((a, b) => a - b);
   return {
     key: 'rmse',
+    lacks: 'gable_rmse_lod22',
     name: 'RMSE',
     title: 'Root mean square distance of the points to the model',
     reason: all.length > 0 ? null : 'no building has gable_rmse_lod22 or a like attribute',
@@ -89,6 +94,7 @@ function confidence(model) {
   const finest = model.lods.length - 1;
   return {
     key: 'confidence',
+    lacks: 'gable_confidence',
     name: 'Confidence',
     title: 'How sure the field is: of each roof surface, else of the building',
     reason: isThere ? null : 'no building has gable_confidence',
@@ -129,6 +135,7 @@ function roofType(model) {
   const { categories, indices } = categorical(texts, ['flat', 'multiple-flat', 'slanted', 'horizontal', 'multiple horizontal']);
   return {
     key: 'roof-type',
+    lacks: 'gable_roof_type',
     name: 'Roof type',
     reason: categories.length > 0 ? null : 'no building has gable_roof_type',
     scope: 'feature',
@@ -143,6 +150,7 @@ function ladder(model) {
   const steps = model.features.map((feature) => STEPS.indexOf(attribute(model, feature, ['gable_ladder_step'])));
   return {
     key: 'ladder',
+    lacks: 'gable_ladder_step',
     name: 'Ladder step',
     title: 'How many tolerances had to be widened before the model held',
     reason: steps.some((step) => step >= 0) ? null : 'no building has gable_ladder_step',

@@ -43,7 +43,9 @@ export function makeColourings(model, state, all, { node, select, row, reason })
   radio(node);
   const missing = all.filter((colouring) => colouring.reason !== null);
   reason.hidden = missing.length === 0;
-  refill(reason, missing.map(({ name, reason: why }) => element('div', {}, `${name}: ${why}.`)));
+  const lacking = missing.flatMap(({ lacks }) => lacks ?? []);
+  const others = missing.filter(({ lacks }) => lacks === undefined).map(({ name, reason: why }) => `${name}: ${why}.`);
+  refill(reason, [lacking.length > 0 ? `Greyed out: no building has ${lacking.join(', ')}.` : '', ...others].join(' '));
   const names = attributeNames(model);
   row.hidden = names.length === 0;
   const known = new Set(model.head.attributes.map(({ name }) => name));

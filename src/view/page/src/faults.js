@@ -6,6 +6,17 @@ import { shown, whole, words } from './format.js';
 /** How many entries are shown at once. */
 const MOST = 300;
 
+/** Faults of a feature by their code: { fault, count, face }, the first of each that is on a face before others. */
+export function byCode(feature) {
+  const found = new Map();
+  for (const fault of feature.faults) {
+    const known = found.get(fault.code) ?? { fault, count: 0 };
+    const isBetter = known.fault.face === undefined && fault.face !== undefined;
+    found.set(fault.code, { fault: isBetter ? fault : known.fault, count: known.count + 1 });
+  }
+  return [...found.values()];
+}
+
 /** All that is wrong or failed, as { kind, f, title, what, code, face }. */
 export function collect(model) {
   const entries = [];
@@ -13,10 +24,11 @@ export function collect(model) {
     entries.push({ kind: 'invalid', f: -1, title: 'not readable', code: codeOf(fault), what: fault.info, face: -1 });
   });
   model.features.forEach((feature, f) => {
-    feature.faults.forEach((fault) => {
+    byCode(feature).forEach(({ fault, count }) => {
       const face = fault.face === undefined ? -1 : feature.firstFace + fault.face;
       const kind = fault.about_labels ? 'labels' : 'invalid';
-      entries.push({ kind, f, title: feature.id, code: codeOf(fault), what: fault.info, face });
+      const what = count > 1 ? `${fault.info}; and ${whole(count - 1)} more` : fault.info;
+      entries.push({ kind, f, title: feature.id, code: codeOf(fault), what, face });
     });
     const own = feature.attributes;
     if (own.gable_success === false) {

@@ -1,7 +1,6 @@
 // A patch of ground under the buildings, for the eye and for shadows: it follows their lower edges and is no part of the model.
 
-import { BufferAttribute, BufferGeometry, Group, Mesh, MeshBasicMaterial, ShadowMaterial } from 'three';
-import { toLinear } from './palette.js';
+import { BufferAttribute, BufferGeometry, Color, Mesh, ShadowMaterial } from 'three';
 
 /** Squares along the longer side. */
 const SQUARES = 96;
@@ -29,14 +28,14 @@ export function groundMesh(model) {
   const [columns, rows] = [0, 1].map((axis) => Math.ceil((high[axis] - low[axis] + 2 * fade) / step));
   const grid = new Grid(bases, step);
   const places = new Float32Array((columns + 1) * (rows + 1) * 3);
-  const colours = new Float32Array((columns + 1) * (rows + 1) * 4);
+  const fades = new Float32Array((columns + 1) * (rows + 1));
   for (let row = 0, at = 0; row <= rows; row += 1) {
     for (let column = 0; column <= columns; column += 1, at += 1) {
       const [x, y] = [low[0] - fade + column * step, low[1] - fade + row * step];
       const [height, away] = grid.at(x, y);
       places.set([x, y, height - BELOW], at * 3);
       const shade = Math.max(0, 1 - away / fade);
-      colours.set([1, 1, 1, shade * shade * (3 - 2 * shade)], at * 4);
+      fades[at] = shade * shade * (3 - 2 * shade);
     }
   }
   const index = [];
@@ -46,38 +45,37 @@ export function groundMesh(model) {
       index.push(a, a + 1, a + columns + 2, a, a + columns + 2, a + columns + 1);
     }
   }
-  return new Ground(places, colours, index);
+  return new Ground(places, fades, index);
 }
 
 class Ground {
-  constructor(places, colours, index) {
+  constructor(places, fades, index) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(places, 3));
-    geometry.setAttribute('color', new BufferAttribute(colours, 4));
+    geometry.setAttribute('fade', new BufferAttribute(fades, 1));
     geometry.setIndex(index);
     geometry.computeVertexNormals();
-    this.colours = geometry.getAttribute('color');
-    const base = new MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
-    const offset = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 };
-    this.shadow = new ShadowMaterial({ transparent: true, depthWrite: false });
-    Object.assign(base, offset);
-    Object.assign(this.shadow, offset);
-    const [patch, shade] = [new Mesh(geometry, base), new Mesh(geometry, this.shadow)];
-    shade.receiveShadow = true;
+    this.material = new ShadowMaterial({ transparent: true, depthWrite: false });
+    Object.assign(this.material, { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 });
+    this.colour = { value: new Color() };
+    // Ground and shadow in one pass: each pixel of it costs twice on a slow machine otherwise.
+    this.material.onBeforeCompile = (shader) => {
+      shader.uniforms.ground = this.colour;
+      shader.vertexShader = `attribute float fade;\nvarying float vFade;\n${shader.vertexShader}`.replace('#include <begin_vertex>', '#include <begin_vertex>\nvFade = fade;');
+      shader.fragmentShader = `uniform vec3 ground;\nvarying float vFade;\n${shader.fragmentShader}`.replace(
+        /gl_FragColor = vec4\([^;]*getShadowMask[^;]*;/,
+        'gl_FragColor = vec4( mix( ground, color, opacity * ( 1.0 - getShadowMask() ) ), vFade );',
+      );
+    };
+    this.mesh = new Mesh(geometry, this.material);
+    this.mesh.receiveShadow = true;
     // Before all that lies on it.
-    patch.renderOrder = -2;
-    shade.renderOrder = -1;
-    this.group = new Group();
-    this.group.add(patch, shade);
+    this.mesh.renderOrder = -1;
   }
 
   setTheme(theme) {
-    const [r, g, b] = toLinear(theme.ground);
-    for (let i = 0; i < this.colours.count; i += 1) {
-      this.colours.setXYZ(i, r, g, b);
-    }
-    this.colours.needsUpdate = true;
-    this.shadow.opacity = theme.shadow;
+    this.colour.value.set(theme.ground);
+    this.material.opacity = theme.shadow;
   }
 }
 

@@ -115,7 +115,7 @@ function histogram(model, state) {
     [label(0, 'start', below), label(WIDTH / 2, 'middle', text((low + high) / 2)), label(WIDTH, 'end', above)],
   );
   const at = (share) => `${decimal(known[Math.min(known.length - 1, Math.floor(share * known.length))], 3)}${unit}`;
-  const figures = [['median', 0.5], ['90 %', 0.9], ['most', 1]].map(([name, share]) => element('span', {}, `${name} `, element('b', {}, at(share))));
+  const figures = [['median', 0.5], ['90 %', 0.9], ['max', 1]].map(([name, share]) => element('span', {}, `${name} `, element('b', {}, at(share))));
   const note = missing > 0 ? element('p', { class: 'note' }, element('i', {}), `${whole(missing)} without a value, in grey.`) : null;
   return [picture, element('div', { class: 'figures' }, figures), note];
 }

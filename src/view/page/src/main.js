@@ -1,7 +1,7 @@
 // The page: unpacks the model, and ties what is shown to what is chosen.
 
 import { Camera } from './camera.js';
-import { colourings, valueOf, valueText } from './colouring.js';
+import { attributeNames, byAttribute, colourings, valueOf, valueText } from './colouring.js';
 import { makeColourings, makeLods, makePoints, pointColours } from './controls.js';
 import { byId, element, refill } from './dom.js';
 import { FaultList } from './faults.js';
@@ -56,9 +56,9 @@ function paintOf(model, state) {
 }
 
 /** Dark or light: as the system is, until the button is pressed. */
-function makeTheme(state, button) {
+function makeTheme(state, button, asked) {
   const system = window.matchMedia('(prefers-color-scheme: dark)');
-  let chosen = null;
+  let chosen = asked;
   const apply = () => {
     const theme = chosen ?? (system.matches ? 'dark' : 'light');
     document.documentElement.dataset.theme = theme;
@@ -72,6 +72,20 @@ function makeTheme(state, button) {
   button.addEventListener('click', toggle);
   apply();
   return toggle;
+}
+
+/** What the address asks for behind its `#`: `colour` (a colouring or an attribute), `lod`, `theme`, `id`, `points`, `side`. */
+function fromAddress(model, all) {
+  const asked = new URLSearchParams(window.location.hash.slice(1));
+  const colour = asked.get('colour');
+  const colouring = all.find(({ key, reason }) => key === colour && reason === null) ?? (attributeNames(model).includes(colour) ? byAttribute(model, colour) : null);
+  const lod = asked.get('lod') === null ? -1 : model.lods.indexOf(asked.get('lod'));
+  return {
+    changes: { lod, arePointsShown: asked.get('points') === 'on' && model.classes.length > 0, ...(colouring && { colouring }) },
+    theme: ['dark', 'light'].includes(asked.get('theme')) ? asked.get('theme') : null,
+    feature: model.byId.get(asked.get('id')) ?? -1,
+    isSideClosed: asked.get('side') === 'closed',
+  };
 }
 
 /** The scale bar: a round number of metres at what is looked at. */
@@ -101,12 +115,18 @@ async function start() {
   const canvas = byId('canvas');
   const all = colourings(model);
   state.colouring = all.find((colouring) => colouring.reason === null) ?? all[all.length - 1];
+  const asked = fromAddress(model, all);
+  state.set(asked.changes);
   const view = new View(canvas, model);
-  const toggleTheme = makeTheme(state, byId('theme'));
+  const toggleTheme = makeTheme(state, byId('theme'), asked.theme);
   const camera = new Camera(view, canvas);
 
   const select = (f, face = -1) => state.set({ selection: f < 0 ? null : { feature: f, face } });
-  const flyTo = (f) => camera.lookAt([f]);
+  // Beside the panel, where there is room beside it.
+  const flyTo = (f, milliseconds) => {
+    camera.keepFree(canvas.clientWidth > 820 ? byId('panel').offsetWidth : 0);
+    camera.lookAt([f], milliseconds);
+  };
   const go = (f, face = -1) => {
     select(f, face);
     flyTo(f);
@@ -131,6 +151,9 @@ async function start() {
     const isFaceShown = selection && runs.some((run) => run.start <= selection.face && selection.face < run.end);
     view.mark(runs, isFaceShown ? selection.face : -1);
     panel.show();
+    if (!feature) {
+      camera.keepFree(0);
+    }
     refill(byId('announce'), feature ? `${feature.kind} ${feature.id} selected` : '');
   };
   const update = (changed) => {
@@ -214,9 +237,19 @@ async function start() {
   byId('menu').addEventListener('click', toggleSide);
   byId('help').addEventListener('click', actions['?']);
 
-  const resize = () => view.resize(canvas.clientWidth, canvas.clientHeight);
+  if (asked.isSideClosed) {
+    toggleSide();
+  }
+  const resize = () => {
+    view.resize(canvas.clientWidth, canvas.clientHeight);
+    camera.refit();
+  };
   resize();
   camera.fit();
+  if (asked.feature >= 0) {
+    select(asked.feature);
+    flyTo(asked.feature, 0);
+  }
   new ResizeObserver(resize).observe(canvas);
   showScale(view, camera);
   requestAnimationFrame(() => {

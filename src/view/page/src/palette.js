@@ -19,6 +19,22 @@ export const LABELS = {
   AuxiliaryTrafficArea: '#a8aaa2',
 };
 
+/** Objects other than buildings, where their faces have no label. */
+export const KINDS = {
+  TINRelief: '#b4c29c',
+  LandUse: '#c9cfa5',
+  PlantCover: '#7fa86a',
+  SolitaryVegetationObject: '#6f9a5b',
+  WaterBody: '#6fa8d0',
+  Waterway: '#5f97c0',
+  Road: '#9a9ca1',
+  TransportSquare: '#a9a6a0',
+  Railway: '#7d7f86',
+  Bridge: '#b5a48d',
+  BridgePart: '#b5a48d',
+  Tunnel: '#8f8677',
+};
+
 /** What has no value, or no label. */
 export const NOTHING = '#aab0b8';
 

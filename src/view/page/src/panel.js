@@ -1,6 +1,7 @@
 // The attributes of what is selected: building, part, surface.
 
 import { element, refill } from './dom.js';
+import { byCode } from './faults.js';
 import { decimal, duration, lodName, shown, words } from './format.js';
 import { LABELS, NOTHING } from './palette.js';
 
@@ -55,11 +56,11 @@ export class Panel {
     if (feature.faults.length === 0) {
       return null;
     }
-    const rows = feature.faults.slice(0, 20).map((fault) =>
-      element('p', { class: fault.about_labels ? 'fault label' : 'fault' }, element('b', {}, `${fault.code} ${fault.name}`), ` ${fault.info}`),
-    );
-    const rest = feature.faults.length - rows.length;
-    return section('Faults', null, rows, rest > 0 ? element('p', { class: 'note' }, `and ${rest} more`) : null);
+    const rows = byCode(feature).map(({ fault, count }) => {
+      const more = count > 1 ? element('span', { class: 'note' }, ` and ${count - 1} more`) : null;
+      return element('p', { class: fault.about_labels ? 'fault label' : 'fault' }, [element('b', {}, `${fault.code} ${fault.name}`), ` ${fault.info}`, more]);
+    });
+    return section('Faults', null, rows);
   }
 
   surface(face) {

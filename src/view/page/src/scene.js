@@ -24,8 +24,8 @@ import { groundMesh } from './ground.js';
 import { toLinear } from './palette.js';
 
 const THEMES = {
-  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.2, sky: 2.15, sun: 2.3, accent: '#0a66d8' },
-  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.5, sky: 1.7, sun: 2.1, accent: '#59b0ff' },
+  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.2, sky: 2.2, sun: 1.9, mark: '#d4178f' },
+  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.5, sky: 1.75, sun: 1.8, mark: '#ff5cc0' },
 };
 
 /** From the model to the sun, which stands in the south-west. */
@@ -33,6 +33,12 @@ const SUN = new Vector3(-0.55, -0.72, 0.95).normalize();
 
 /** Points are drawn this much nearer than they are, metres: those just below their roof are the ones to look at. */
 const POINT_LIFT = 0.3;
+
+/** A frame of a movement that takes longer is slow, milliseconds. */
+const SLOW = 70;
+
+/** The share of pixels across and down that slow machines draw while the view moves. */
+const COARSE = 0.5;
 
 export class View {
   constructor(canvas, model) {
@@ -50,7 +56,7 @@ export class View {
     this.makeLights();
     this.ground = groundMesh(model);
     if (this.ground) {
-      this.scene.add(this.ground.group);
+      this.scene.add(this.ground.mesh);
     }
     this.frames = { count: 0, milliseconds: 0 };
   }
@@ -69,7 +75,7 @@ export class View {
     this.faces = new Mesh(this.solid, material);
     Object.assign(this.faces, { frustumCulled: false, castShadow: true, receiveShadow: true });
     this.lines = this.overlayLines(new Uint32Array(model.edges.length), { transparent: true, opacity: 0.6 });
-    this.marked = this.overlayFaces({ transparent: true, opacity: 0.42, depthWrite: false });
+    this.marked = this.overlayFaces({ transparent: true, opacity: 0.3, depthWrite: false });
     this.markedFace = this.overlayFaces({ transparent: true, opacity: 0.55, depthWrite: false });
     this.markedLines = this.overlayLines(new Uint32Array(0), { depthTest: true });
     this.scene.add(this.faces, this.lines, this.marked, this.markedFace, this.markedLines);
@@ -130,8 +136,8 @@ export class View {
     this.sky.intensity = theme.sky;
     this.sun.intensity = theme.sun;
     this.lines.material.color.set(theme.edge);
-    [this.marked, this.markedFace].forEach((mesh) => mesh.material.color.set(theme.accent));
-    this.markedLines.material.color.set(theme.accent);
+    [this.marked, this.markedFace].forEach((mesh) => mesh.material.color.set(theme.mark));
+    this.markedLines.material.color.set(theme.mark);
     this.ground?.setTheme(theme);
     this.invalidate();
   }
@@ -214,9 +220,10 @@ export class View {
   }
 
   resize(width, height) {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.isCoarse ? COARSE : 1);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
+    this.width = width;
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
     this.points.material.size = 2.2 * ratio;
@@ -261,6 +268,29 @@ export class View {
     this.renderer.render(this.scene, this.camera);
     this.frames.count += 1;
     this.frames.milliseconds += performance.now() - started;
+  }
+
+  /**
+   * While the view moves, slow machines draw fewer pixels, and all of them again when it rests: `now` is the time of a frame
+   * of a movement.
+   */
+  keepUp(now) {
+    const since = now - (this.movedAt ?? 0);
+    this.movedAt = now;
+    // Longer is no movement that goes on, but another one.
+    const isSlow = since > SLOW && since < 5000;
+    this.slowFrames = isSlow ? (this.slowFrames ?? 0) + 1 : 0;
+    if (this.slowFrames >= 3 && !this.isCoarse) {
+      this.setCoarse(true);
+    }
+    clearTimeout(this.resting);
+    const patience = isSlow ? Math.max(400, since * 2) : 400;
+    this.resting = setTimeout(() => this.isCoarse && this.setCoarse(false), patience);
+  }
+
+  setCoarse(isCoarse) {
+    this.isCoarse = isCoarse;
+    this.resize(this.width, this.height);
   }
 
   /** Fades edges out where they would only darken the picture: `perPixel` is metres per pixel at what is looked at. */
