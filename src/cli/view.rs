@@ -136,7 +136,7 @@ pub fn of_run(report: &Report, job: &Job, verbosity: Verbosity) -> Result<()> {
     let path = path_for(&model);
     make(&model, &path, &options, verbosity > Verbosity::Quiet)?;
     if verbosity > Verbosity::Quiet {
-        print(&table(&[vec!["page".to_owned(), path.display().to_string()]], ""))?;
+        print(&format!("A page to look at it in: {}\n", path.display()))?;
     }
     Ok(())
 }

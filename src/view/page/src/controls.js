@@ -106,6 +106,7 @@ export function makePoints(model, state, node) {
   const classes = [...new Set(model.classes)].sort((a, b) => a - b);
   const update = () => {
     box.checked = state.arePointsShown;
+    select.value = state.pointColouring;
     const isByClass = state.arePointsShown && state.pointColouring === 'class';
     const entry = (code) => element('div', { class: 'entry' }, element('i', { style: { background: CLASSES[code]?.[1] ?? NOTHING } }), element('span', {}, CLASSES[code]?.[0] ?? 'class'), element('b', {}, String(code)));
     refill(legend, isByClass ? element('div', { class: 'entries' }, classes.map(entry)) : null);

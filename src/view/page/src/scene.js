@@ -24,8 +24,8 @@ import { groundMesh } from './ground.js';
 import { toLinear } from './palette.js';
 
 const THEMES = {
-  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.2, sky: 2.2, sun: 1.9, mark: '#d4178f' },
-  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.5, sky: 1.75, sun: 1.8, mark: '#ff5cc0' },
+  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.34, sky: 2.2, sun: 1.9, mark: '#d4178f' },
+  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.6, sky: 1.75, sun: 1.8, mark: '#ff5cc0' },
 };
 
 /** From the model to the sun, which stands in the south-west. */
