@@ -16,6 +16,7 @@
 //! - [`solid`] is what it returns, on the integer grid of the output.
 //! - [`validate`] decides whether a solid may be written.
 //! - [`sink`] writes models, one file per format.
+//! - [`convert`] takes city models from format to format and joins them.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
 //! - [`evaluate`] measures how good a model is.
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
@@ -23,12 +24,13 @@
 //! - [`audit`] validates city model files, from anyone.
 //! - [`view`] makes a page to look at a city model in.
 //!
-//! A lower floor never imports a higher one: `cli → {run, trial, view} → simulate → {source, segment, sink, network} →
-//! reconstruct → {solid, site} → geometry`.
+//! A lower floor never imports a higher one: `cli → {convert, run, trial, view} → simulate → {source, segment, sink,
+//! network} → reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;
 pub mod cli;
+pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;

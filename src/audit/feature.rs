@@ -1,6 +1,5 @@
 //! One feature: a top-level object with its children, geometry by geometry.
 
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use super::Options;
@@ -11,40 +10,6 @@ use crate::solid::{Face, Solid, SurfaceType};
 use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind};
 use crate::validate::semantics::{self, Label};
 use crate::validate::{Claim, Fault, Place, composite, solid, visit};
-
-/// The objects of a model by their top-level object, which comes first; in the order of the file.
-pub(crate) fn groups(model: &CityModel) -> Vec<Vec<&CityObject>> {
-    let index: HashMap<&str, usize> =
-        model.objects.iter().zip(0..).map(|(object, i)| (object.id.as_str(), i)).collect();
-    let parent = |i: usize| {
-        let parents = &model.objects.get(i)?.parents;
-        parents.iter().find_map(|id| index.get(id.as_str()).copied())
-    };
-    let root = |start: usize| {
-        let mut at = start;
-        // Objects that are each other's parents would never end.
-        for _ in 0..16 {
-            match parent(at) {
-                Some(up) => at = up,
-                None => return at,
-            }
-        }
-        start
-    };
-    let mut groups: Vec<Vec<&CityObject>> = Vec::new();
-    let mut of_root: HashMap<usize, usize> = HashMap::new();
-    for (i, object) in model.objects.iter().enumerate() {
-        let root = root(i);
-        let group = *of_root.entry(root).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        if let Some(group) = groups.get_mut(group) {
-            if i == root { group.insert(0, object) } else { group.push(object) }
-        }
-    }
-    groups
-}
 
 /// A geometry on the grid.
 pub(super) struct Primitive<'a> {

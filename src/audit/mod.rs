@@ -27,7 +27,6 @@ use crate::error::{Error, InputError, Result};
 use crate::source::cityjson::{self, CityModel};
 use crate::source::crs::Crs;
 use crate::validate::Tolerances;
-pub(crate) use feature::groups;
 use grid::Grid;
 pub use report::{Feature, Finding, Overview, Parameters, Report};
 
@@ -116,7 +115,10 @@ fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature
     let groups: Vec<_> = models
         .iter()
         .zip(grids)
-        .flat_map(|(model, grid)| groups(model).into_iter().map(move |group| (model, grid, group)))
+        .flat_map(|(model, grid)| model.groups().into_iter().map(move |group| (model, grid, group)))
+        .map(|(model, grid, group)| {
+            (model, grid, group.into_iter().filter_map(|i| model.objects.get(i)).collect::<Vec<_>>())
+        })
         .collect();
     groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, &group, options)).collect()
 }

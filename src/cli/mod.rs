@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod convert;
 mod evaluate;
 mod field;
 mod flags;
@@ -41,6 +42,9 @@ Examples:
     gable evaluate city.city.json --points tiles/*.laz
   Is it valid, or any other city model?
     gable validate city.city.json
+  For a web map, for QGIS:
+    gable convert city.city.json -o city.3dtiles
+    gable convert city.city.json -o city.gpkg
   What does it look like, and where is it at fault?
     gable view city.city.json --points tiles/*.laz
 
@@ -75,6 +79,10 @@ enum Command {
     Evaluate(Box<evaluate::Args>),
     /// Check whether city models are valid, fault by fault
     Validate(validate::Args),
+    /// Write a city model in another format: CityJSON, CityJSONSeq, 3D Tiles, GeoPackage or OBJ
+    Convert(convert::Args),
+    /// Join the city models of several tiles into one
+    Merge(convert::MergeArgs),
     /// Write a page to look at a city model in: one HTML file, with the points and the faults
     View(view::Args),
     /// Scan city models virtually, for training and testing
@@ -97,6 +105,8 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
+        Command::Convert(args) => convert::main(args),
+        Command::Merge(args) => convert::merge(args),
         Command::View(args) => view::main(&args),
         Command::Simulate(args) => simulate::main(&args),
     };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::Outcome;
 use super::output::{print, say, table, thousands, write_json};
-use super::reading::Reading;
+use super::reading::{ReadingProgress, file_size};
 use crate::audit::{Finding, Options, Report, audit};
 use crate::error::{InputError, Result};
 use crate::validate::{Tolerances, codes};
@@ -75,7 +75,7 @@ pub fn main(args: &Args) -> Outcome {
     let options = options(args)?;
     let mut reports = Vec::new();
     for path in &args.files {
-        let mut progress = Reading::new("validate", path);
+        let mut progress = ReadingProgress::new("validate", file_size(path));
         let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
         drop(progress);
         match found {

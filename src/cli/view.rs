@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Outcome;
 use super::output::{counted, print, say, table, thousands};
 use super::progress::Verbosity;
-use super::reading::Reading;
+use super::reading::{ReadingProgress, file_size};
 use crate::error::{InputError, Result};
 use crate::report::Report;
 use crate::run::Job;
@@ -86,7 +86,7 @@ pub fn main(args: &Args) -> Outcome {
 
 /// Makes and writes a page; what is wrong with the inputs goes to standard error.
 fn make(model: &Path, path: &Path, options: &Options, tells: bool) -> Result<Page> {
-    let mut progress = tells.then(|| Reading::new("check", model));
+    let mut progress = tells.then(|| ReadingProgress::new("check", file_size(model)));
     let page = build(model, options, &mut |features, bytes| {
         if let Some(progress) = &mut progress {
             progress.advance(features, bytes);

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
 use super::shape::{Shape, ShapeFace};
-use super::triangulate::newell;
+use crate::geometry::newell;
 
 /// Faces of one solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

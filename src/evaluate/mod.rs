@@ -34,11 +34,11 @@ mod overlap;
 mod shape;
 mod summary;
 mod tiles;
-mod triangulate;
 
 #[cfg(test)]
 mod tests;
 
+pub use crate::geometry::triangulate;
 pub use agreement::{Agreement, PointMeter};
 pub use cover::Cover;
 pub use evaluation::{BuildingEvaluation, Evaluation, Overall, OverallReference, ReferenceAgreement, Tops, Typical};
@@ -49,4 +49,3 @@ pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
 pub use tiles::{TileFilter, stream_points};
-pub use triangulate::{newell, triangulate, triangulate_corners};

@@ -3,9 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::cover::Cover;
-use super::triangulate::{newell, triangulate};
 use crate::building::Building;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, newell, triangulate};
 use crate::solid::{Solid, SurfaceType};
 
 /// A planar polygon of a [`Shape`].

@@ -1,12 +1,14 @@
-//! Planes and boxes in floating point, and random numbers: what every floor above may use.
+//! Planes, boxes and triangles in floating point, and random numbers: what every floor above may use.
 //!
 //! Exact arithmetic, where topology is decided, lives with the [cell complex](crate::reconstruct::complex).
 
 mod plane;
 mod random;
+mod triangulate;
 
 pub use plane::Plane;
 pub use random::{Random, hash, seed_of};
+pub use triangulate::{newell, triangle_indices, triangulate};
 
 /// An axis-aligned box in metres of the local frame; `min` is never above `max`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,16 +4,20 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, InputError, Result};
+use crate::sink::Format;
 
 /// The extension of a model whose name is made up because the output is a folder.
 const DEFAULT_EXTENSION: &str = ".city.json";
 
 /// The file that the model goes to.
 ///
-/// `output` is a folder if it is one already, if it ends with a separator, or if its name has no extension. Then the
+/// `output` is taken as it is if its extension asks for a format that is a folder. It is a folder to write in if it is one already, if it ends with a separator, or if its name has no extension. Then the
 /// file in it is named after the tile if there is one, else after the footprints, else after the first tile, with
 /// `.city.json` behind it.
 pub fn model_path(output: &Path, tiles: &[PathBuf], footprints: Option<&Path>) -> PathBuf {
+    if is_folder_of_a_format(output) {
+        return output.to_path_buf();
+    }
     let ends_with_separator = output.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
     if !ends_with_separator && !output.is_dir() && output.extension().is_some() {
         return output.to_path_buf();
@@ -41,11 +45,12 @@ pub fn report_path(model: &Path) -> PathBuf {
 /// # Errors
 /// The file exists and `overwrite` is off, is a folder, or its folder cannot be made or written to.
 pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
-    if path.is_dir() {
+    if path.is_dir() && !is_folder_of_a_format(path) {
         return Err(InputError::new(path, "a folder", "the name of a file").into());
     }
     if !overwrite && path.exists() {
-        let fault = InputError::new(path, "a file of that name", "nothing, so that no result is lost");
+        let found = if path.is_dir() { "a folder of that name" } else { "a file of that name" };
+        let fault = InputError::new(path, found, "nothing, so that no result is lost");
         return Err(fault.remedy("Give --overwrite to replace it, or another output").into());
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
@@ -55,6 +60,11 @@ pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
         Ok(_) => Ok(()),
         Err(e) => Err(Error::io(folder, "write to", e)),
     }
+}
+
+/// Whether the extension asks for a format that is a folder, such as 3D Tiles.
+fn is_folder_of_a_format(path: &Path) -> bool {
+    Format::of(path).is_ok_and(Format::is_folder)
 }
 
 /// Refuses outputs that would replace an input.
@@ -89,6 +99,7 @@ mod tests {
         assert_eq!(name(file, &["t.laz"], None), "out/a.city.jsonl");
         assert_eq!(name(Path::new("out/"), &["in/t.copc.laz"], Some("f.gpkg")), "out/t.city.json");
         assert_eq!(name(Path::new("out"), &["t.laz", "u.laz"], Some("in/f.gpkg")), "out/f.city.json");
+        assert_eq!(name(Path::new("out/a.3dtiles/"), &["t.laz"], None), "out/a.3dtiles/");
         assert_eq!(name(Path::new("v1.2/"), &["t.laz", "u.laz"], None), "v1.2/t.city.json");
         let folder = tempfile::Builder::new().suffix(".d").tempdir().unwrap();
         let expected = folder.path().join("t.city.json");

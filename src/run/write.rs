@@ -12,8 +12,9 @@ use super::plan::Plan;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts};
-use crate::sink::{self, Metadata};
-use crate::site::Site;
+use crate::sink::{self, Encoder, Metadata};
+use crate::site::{QUANTUM, Site};
+use crate::source::cityjson::Transform;
 
 /// What came out.
 pub(super) struct Done {
@@ -77,14 +78,20 @@ fn write_model(
 ) -> Result<(Counts, Vec<BuildingReport>)> {
     let overwrite = job.overwrite || plan.continues;
     let mut sink = sink::create_in(Some(checkpoint.folder()), &plan.model, metadata(job, plan, &tasks), overwrite)?;
+    let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
     let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| sink.write(building))
+        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| {
+            sink.write(&encoder.feature(building))
+        })
     })?;
     if counts.not_reached > 0 && counts.written == 0 {
         return Err(Error::Interrupted);
     }
     journal.stage(Stage::Finish, 1, |journal| {
         let written = sink.finish()?;
+        for note in &written.notes {
+            journal.warn(&format!("{}: {note}", written.path.display()));
+        }
         journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
         Ok(written)
     })?;
@@ -96,15 +103,14 @@ fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
     // The corner of all frames depends on the footprints alone, as each frame does.
     let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
     let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
-    let translate =
-        std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round() as i64);
+    let translate = std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round());
     Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),
-        translate,
-        point_cloud: job.point_cloud.clone(),
-        parameters: parameters(job),
-        ids: tasks.iter().map(Task::id).collect(),
+        crs: Some(plan.crs.clone()),
+        transform: Transform { scale: [QUANTUM; 3], translate },
+        others: Metadata::making(parameters(job)),
+        extensions: None,
     }
 }
 

@@ -5,11 +5,10 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::header::{Header, Metadata};
-use super::objects::{Extent, Ids, encode};
+use super::json::{Extent, encode};
 use super::output::Output;
 use super::vertices::{Vertices, write_json};
-use super::{Format, Sink, Written};
-use crate::building::Building;
+use super::{Feature, Format, Sink, Written};
 use crate::error::{InputError, Result};
 
 /// Writes one CityJSON object.
@@ -20,10 +19,9 @@ pub(super) struct CityJson {
     output: Output,
     spill: BufWriter<File>,
     header: Header,
-    ids: Ids,
     vertices: Vertices,
     extent: Option<Extent>,
-    buildings: usize,
+    features: usize,
     objects: usize,
     buffer: Vec<u8>,
 }
@@ -31,20 +29,18 @@ pub(super) struct CityJson {
 impl CityJson {
     /// Opens a sink for `path`.
     pub(super) fn create(path: &Path, metadata: Metadata, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
-        let mut header = Header::new(path, metadata)?;
+        let header = Header::new(path, metadata)?;
         let mut output = Output::create(path, overwrite, scratch)?;
         let spill = output.spill()?;
         output.write(&header.text(None)?)?;
         output.write(br#","CityObjects":{"#)?;
-        let ids = header.take_ids();
         Ok(Self {
             output,
             spill,
             header,
-            ids,
             vertices: Vertices::default(),
             extent: None,
-            buildings: 0,
+            features: 0,
             objects: 0,
             buffer: Vec::new(),
         })
@@ -52,11 +48,11 @@ impl CityJson {
 }
 
 impl Sink for CityJson {
-    fn write(&mut self, building: &Building) -> Result<()> {
+    fn write(&mut self, feature: &Feature) -> Result<()> {
         let is_first_vertex = self.vertices.len() == 0;
         self.buffer.clear();
-        self.buffer.extend_from_slice(if self.buildings == 0 { b"\n" } else { b",\n" });
-        let encoded = encode(building, self.header.metadata(), &mut self.ids, &mut self.vertices, &mut self.buffer)
+        self.buffer.extend_from_slice(if self.features == 0 { b"\n" } else { b",\n" });
+        let encoded = encode(feature, self.header.transform(), &mut self.vertices, &mut self.buffer)
             .map_err(|e| self.output.fault("write", e.into()))?;
         if u32::try_from(self.vertices.len()).is_err() {
             return Err(InputError::new(self.output.path(), "more than 2³² vertices", "fewer")
@@ -71,7 +67,7 @@ impl Sink for CityJson {
         }
         write_json(&fresh, &mut self.buffer);
         self.spill.write_all(&self.buffer).map_err(|e| self.output.fault("write", e))?;
-        self.buildings += 1;
+        self.features += 1;
         self.objects += encoded.objects;
         self.extent = Extent::union(self.extent, encoded.extent);
         Ok(())
@@ -83,7 +79,7 @@ impl Sink for CityJson {
         self.output.write(b"]}\n")?;
         let path = self.output.path().to_path_buf();
         let bytes = self.output.commit(&self.header.text(self.extent)?)?;
-        let Self { buildings, objects, .. } = *self;
-        Ok(Written { path, format: Format::CityJson, buildings, objects, bytes })
+        let Self { features, objects, .. } = *self;
+        Ok(Written { path, format: Format::CityJson, features, objects, bytes, notes: Vec::new() })
     }
 }

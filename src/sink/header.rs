@@ -1,30 +1,57 @@
 //! The head of a file: transform and metadata (CityJSON 2.0, sections 4 and 5).
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
-use super::objects::{Extent, Ids};
+use super::json::Extent;
 use crate::error::{InputError, Result};
 use crate::site::QUANTUM;
+use crate::source::cityjson::Transform;
+use crate::source::crs::Crs;
 
-/// Room for the extent, which is known last but stands first: six numbers of at most 21 characters, and the key.
-const ROOM: usize = 6 * 22 + 32;
+/// Room for the extent, which is known last but stands first: six numbers of at most 24 characters, and the key.
+const ROOM: usize = 6 * 25 + 32;
 
-/// What is known of the whole file before the first building.
-#[derive(Debug, Clone, Default)]
+/// What is known of the whole file before the first feature.
+#[derive(Debug, Clone)]
 pub struct Metadata {
-    /// Title of the data set.
+    /// Title of the data set; empty for none.
     pub title: String,
     /// The CRS as an OGC URL, such as `https://www.opengis.net/def/crs/EPSG/0/7415`; see [`reference_system`].
     pub reference_system: Option<String>,
-    /// Origin of the file's grid in whole CRS units. It should depend on the footprints alone and lie near them.
-    pub translate: [i64; 3],
-    /// The point cloud that the models were made from.
-    pub point_cloud: PointCloud,
-    /// The parameters of the method.
-    pub parameters: Value,
-    /// The ids of all buildings to come, so that no part takes the id of a building.
-    pub ids: Ids,
+    /// The CRS itself, for formats that want its definition or go to another.
+    pub crs: Option<Crs>,
+    /// The grid of the numbers in a CityJSON file. For reconstructed buildings its scale is [`QUANTUM`], and its origin
+    /// should depend on the footprints alone and lie near them.
+    pub transform: Transform,
+    /// Other members of the metadata, as they are.
+    pub others: Map<String, Value>,
+    /// The extensions that the features use, as CityJSON declares them.
+    pub extensions: Option<Value>,
+}
+
+impl Default for Metadata {
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            reference_system: None,
+            crs: None,
+            transform: Transform { scale: [QUANTUM; 3], translate: [0.0; 3] },
+            others: Map::new(),
+            extensions: None,
+        }
+    }
+}
+
+impl Metadata {
+    /// What gable tells of the making of its models: its version and these parameters.
+    pub fn making(parameters: Value) -> Map<String, Value> {
+        let version = Value::from(env!("CARGO_PKG_VERSION"));
+        [("gable_version", version), ("gable_parameters", parameters)]
+            .map(|(name, v)| (name.to_owned(), v))
+            .into_iter()
+            .collect()
+    }
 }
 
 /// The point cloud that models were made from, in the words of whoever made them. Files do not tell: the names and dates of
@@ -56,20 +83,15 @@ pub(super) struct Header {
 }
 
 #[derive(Serialize)]
-struct Transform {
-    scale: [f64; 3],
-    translate: [f64; 3],
-}
-
-#[derive(Serialize)]
 struct JsonMetadata<'a> {
+    #[serde(skip_serializing_if = "str::is_empty")]
     title: &'a str,
     #[serde(rename = "referenceSystem", skip_serializing_if = "Option::is_none")]
     reference_system: Option<&'a str>,
     #[serde(rename = "geographicalExtent", skip_serializing_if = "Option::is_none")]
     extent: Option<[f64; 6]>,
-    gable_version: &'static str,
-    gable_parameters: &'a Value,
+    #[serde(flatten)]
+    others: &'a Map<String, Value>,
 }
 
 impl Header {
@@ -88,14 +110,9 @@ impl Header {
         Ok(header)
     }
 
-    /// What is known of the whole file.
-    pub(super) fn metadata(&self) -> &Metadata {
-        &self.metadata
-    }
-
-    /// Takes the ids of the buildings to come.
-    pub(super) fn take_ids(&mut self) -> Ids {
-        std::mem::take(&mut self.metadata.ids)
+    /// The grid of the file.
+    pub(super) fn transform(&self) -> &Transform {
+        &self.metadata.transform
     }
 
     /// The text, padded with blanks to a length that does not depend on the extent.
@@ -106,20 +123,22 @@ impl Header {
     }
 
     fn render(&self, extent: Option<Extent>) -> Result<Vec<u8>> {
-        let Metadata { title, reference_system, translate, parameters, .. } = &self.metadata;
-        let transform = Transform { scale: [QUANTUM; 3], translate: translate.map(|t| t as f64) };
+        let Metadata { title, reference_system, transform, others, extensions, .. } = &self.metadata;
         let metadata = JsonMetadata {
             title,
             reference_system: reference_system.as_deref(),
-            extent: extent.map(|e| e.to_crs(*translate)),
-            gable_version: env!("CARGO_PKG_VERSION"),
-            gable_parameters: parameters,
+            extent: extent.map(|e| e.to_crs(transform)),
+            others,
         };
         let mut out = br#"{"type":"CityJSON","version":"2.0","transform":"#.to_vec();
         let fault = |e: serde_json::Error| crate::error::Error::io("metadata", "write", e.into());
-        serde_json::to_writer(&mut out, &transform).map_err(fault)?;
+        serde_json::to_writer(&mut out, transform).map_err(fault)?;
         out.extend_from_slice(br#","metadata":"#);
         serde_json::to_writer(&mut out, &metadata).map_err(fault)?;
+        if let Some(extensions) = extensions {
+            out.extend_from_slice(br#","extensions":"#);
+            serde_json::to_writer(&mut out, extensions).map_err(fault)?;
+        }
         Ok(out)
     }
 }

@@ -1,43 +1,58 @@
 //! Where models go: one file per format.
 //!
-//! A [`Sink`] takes [`Building`]s one by one, in the order in which they shall stand, and shows a file only when it is
-//! whole. The bytes depend on the buildings and the [`Metadata`] alone: no time, no host, no thread.
+//! A [`Sink`] takes [`Feature`]s one by one, in the order in which they shall stand, and shows a file only when it is
+//! whole. A feature is a [reconstructed building](Encoder) or [anything from a CityJSON file](Feature::split). The bytes
+//! depend on the features and the [`Metadata`] alone: no time, no host, no thread. What must wait for the last feature
+//! waits on disk, so that a million features need no more memory than a thousand.
 //!
 //! In CityJSON a building is a `Building` with the footprint (LoD 0), the attributes of the source and those of
 //! [`ATTRIBUTES`], and its parts are `BuildingPart`s `<id>-0`, `<id>-1`, … with a Solid at LoD 1.2, at LoD 2.2 or both.
 //! Semantic surfaces carry `slope` and `azimuth` (degrees; clockwise from north), `height_min` and `height_max`
 //! (vertical unit of the CRS) and `confidence` (0 to 1, LoD 2.2) on a `RoofSurface`, and `on_footprint_edge` on a `WallSurface`.
+//!
+//! There is no `FlatCityBuf`: its crate (`fcb_core` 0.7) brings a command-line parser, a table printer, a second
+//! `CityJSON` model from a pre-release and two unmaintained crates, and wants to know all attributes before the first
+//! feature. Its own tools make it from what [`Format::CityJsonSeq`] writes.
 
 mod attributes;
 mod cityjson;
 mod cityjsonseq;
+mod colour;
+mod columns;
+mod encoder;
+mod faces;
+mod feature;
+mod folder;
+mod geopackage;
 mod header;
-mod objects;
+mod json;
+mod obj;
 mod output;
 #[cfg(test)]
 mod tests;
+mod tileset;
 mod vertices;
 
 pub use attributes::{ATTRIBUTES, Attribute};
+pub use encoder::{Encoder, Ids};
+pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};
-pub use objects::Ids;
 pub use output::write_whole;
 
 use std::path::{Path, PathBuf};
 
-use crate::building::Building;
 use crate::error::{InputError, Result};
 
-/// Takes buildings and writes them in one format.
+/// Takes features and writes them in one format.
 ///
 /// Nothing is seen under the final name before [`Sink::finish`]; a sink that is dropped leaves nothing behind.
 pub trait Sink: Send {
-    /// Writes one building. Its id must differ from those of all others.
+    /// Writes one feature. Its id and those of its objects must differ from those of all others.
     ///
     /// # Errors
     /// [`crate::error::Error::Io`] when the system refuses to write, and an input error when the format cannot hold that
     /// much. The sink is of no use afterwards.
-    fn write(&mut self, building: &Building) -> Result<()>;
+    fn write(&mut self, feature: &Feature) -> Result<()>;
 
     /// Completes the file and gives it its name.
     ///
@@ -49,16 +64,18 @@ pub trait Sink: Send {
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// The file.
+    /// The file or folder.
     pub path: PathBuf,
     /// Its format.
     pub format: Format,
-    /// Number of buildings, with those that have no geometry.
-    pub buildings: usize,
-    /// Number of `CityObject`s: buildings and their parts.
+    /// Number of features, with those that have no geometry.
+    pub features: usize,
+    /// Number of `CityObject`s: features and their parts.
     pub objects: usize,
-    /// Size of the file in bytes.
+    /// Size in bytes, of all files together.
     pub bytes: u64,
+    /// What the user should know: what the format cannot hold, and what is less exact than it might be.
+    pub notes: Vec<String>,
 }
 
 /// A format that gable writes.
@@ -66,36 +83,58 @@ pub struct Written {
 pub enum Format {
     /// CityJSON 2.0, one object.
     CityJson,
-    /// CityJSON 2.0 text sequence, one building a line.
+    /// CityJSON 2.0 text sequence, one feature a line.
     CityJsonSeq,
+    /// 3D Tiles 1.1: a folder with `tileset.json` and binary glTF.
+    Tileset,
+    /// `GeoPackage` 1.4: footprints and faces.
+    GeoPackage,
+    /// Wavefront OBJ, with an MTL file beside it.
+    Obj,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 2] = [Self::CityJson, Self::CityJsonSeq];
+    pub const ALL: [Self; 5] = [Self::CityJson, Self::CityJsonSeq, Self::Tileset, Self::GeoPackage, Self::Obj];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::CityJson => "CityJSON",
             Self::CityJsonSeq => "CityJSONSeq",
+            Self::Tileset => "3D Tiles, a folder",
+            Self::GeoPackage => "GeoPackage",
+            Self::Obj => "OBJ",
         }
     }
 
     /// The file name extensions that ask for it, the usual one first.
-    pub fn extensions(self) -> [&'static str; 2] {
+    pub fn extensions(self) -> &'static [&'static str] {
         match self {
-            Self::CityJson => [".city.json", ".json"],
-            Self::CityJsonSeq => [".city.jsonl", ".jsonl"],
+            Self::CityJson => &[".city.json", ".json"],
+            Self::CityJsonSeq => &[".city.jsonl", ".jsonl"],
+            Self::Tileset => &[".3dtiles"],
+            Self::GeoPackage => &[".gpkg"],
+            Self::Obj => &[".obj"],
         }
+    }
+
+    /// Whether the output is a folder.
+    pub fn is_folder(self) -> bool {
+        self == Self::Tileset
     }
 
     /// The format that a file name asks for, in any case of letters.
     ///
     /// # Errors
-    /// When the extension is none of those known; the error lists them.
+    /// When the extension is none of those known; the error lists them. `tileset.json`, which would be taken for
+    /// CityJSON.
     pub fn of(path: &Path) -> Result<Self, InputError> {
         let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if name == "tileset.json" {
+            return Err(InputError::new(path, "the name of a file of 3D Tiles", "the folder of all of them")
+                .remedy("Give a folder whose name ends in .3dtiles; its tileset.json is what viewers open."));
+        }
         Self::ALL.into_iter().find(|f| f.extensions().iter().any(|e| name.ends_with(e))).ok_or_else(|| {
             let known: Vec<String> =
                 Self::ALL.iter().map(|f| format!("{} ({})", f.extensions().join(" or "), f.name())).collect();
@@ -123,5 +162,8 @@ pub fn create_in(scratch: Option<&Path>, path: &Path, metadata: Metadata, overwr
     Ok(match Format::of(path)? {
         Format::CityJson => Box::new(cityjson::CityJson::create(path, metadata, overwrite, scratch)?),
         Format::CityJsonSeq => Box::new(cityjsonseq::CityJsonSeq::create(path, metadata, overwrite, scratch)?),
+        Format::Tileset => Box::new(tileset::Tileset::create(path, metadata, overwrite, scratch)?),
+        Format::GeoPackage => Box::new(geopackage::GeoPackage::create(path, metadata, overwrite, scratch)?),
+        Format::Obj => Box::new(obj::Obj::create(path, &metadata, overwrite, scratch)?),
     })
 }

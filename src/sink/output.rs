@@ -31,16 +31,8 @@ impl Output {
         if !overwrite && target.exists() {
             return Err(exists(path).into());
         }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".gable-").suffix(".part");
-        #[cfg(unix)]
-        {
-            // Temporary files are private by default; a result is as readable as any other file of the user.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
         let scratch = scratch.unwrap_or_else(|| folder(&target)).to_path_buf();
-        let file = builder.tempfile_in(&scratch).map_err(|e| Error::io(path, "create", e))?;
+        let file = temporary(0o666).tempfile_in(&scratch).map_err(|e| Error::io(path, "create", e))?;
         let file = BufWriter::with_capacity(1 << 18, file);
         Ok(Self { file, path: path.to_path_buf(), target, scratch, overwrite })
     }
@@ -90,6 +82,11 @@ impl Output {
         Ok(bytes)
     }
 
+    /// Where the file is as long as it has no name.
+    pub(super) fn temporary(&self) -> &Path {
+        self.file.get_ref().path()
+    }
+
     /// The path that the file will have, as it was given.
     pub(super) fn path(&self) -> &Path {
         &self.path
@@ -111,12 +108,27 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     output.commit(&[]).map(drop)
 }
 
+/// What is written before it has its name.
+pub(super) fn temporary<'a>(mode: u32) -> tempfile::Builder<'a, 'a> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".gable-").suffix(".part");
+    #[cfg(unix)]
+    {
+        // Temporary files are private by default; a result is as readable as any other file of the user.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(mode));
+    }
+    #[cfg(not(unix))]
+    let _ = mode;
+    builder
+}
+
 /// The folder of a file.
-fn folder(path: &Path) -> &Path {
+pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
 }
 
 /// The refusal to replace a file.
-fn exists(path: &Path) -> InputError {
+pub(super) fn exists(path: &Path) -> InputError {
     InputError::new(path, "an existing file", "a new file name").remedy("Give --overwrite to replace it.")
 }

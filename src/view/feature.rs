@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use nalgebra::{Point3, Vector3};
 
 use super::payload::{STEPS_PER_METRE, steps};
-use crate::evaluate::{newell, triangulate_corners};
+use crate::geometry::{newell, triangle_indices};
 use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind, SemanticSurface};
 
@@ -89,7 +89,7 @@ impl<'a> Feature<'a> {
                         .collect();
                     let surface = face.surface.and_then(|s| geometry.surfaces.get(s as usize));
                     let place = Place { geometry: number, solid, shell: n, face: f };
-                    let triangles = triangulate_corners(&self.points(&rings));
+                    let triangles = triangle_indices(&self.points(&rings));
                     self.faces.push(Face { object, lod: &geometry.lod, surface, rings, triangles, place });
                 }
             }

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use crate::audit::{self, audit};
 use crate::error::{Error, InputError, Result};
 use crate::site::Frame;
-use crate::source::cityjson;
+use crate::source::cityjson::{self, CityObject};
 use crate::source::crs::Crs;
 use crate::source::points::TileProblem;
 use payload::Payload;
@@ -112,7 +112,8 @@ pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u6
             let first = piece.vertices.first().copied().unwrap_or_default();
             Payload::new(Frame { origin: first.map(f64::floor), metres_per_unit })
         });
-        for group in audit::groups(&piece) {
+        for group in piece.groups() {
+            let group: Vec<&CityObject> = group.into_iter().filter_map(|i| piece.objects.get(i)).collect();
             payload.add(&piece, &group, checked.next());
         }
     }

@@ -248,10 +248,12 @@ fn models_of_others_and_their_points_come_through() {
 
     // By hand: the points of the tile within 3 m of the box of a building.
     let city = cityjson::read(&model).unwrap();
-    let boxes: Vec<[f64; 4]> = audit::groups(&city)
+    let boxes: Vec<[f64; 4]> = city
+        .groups()
         .iter()
         .map(|group| {
-            let faces = group.iter().flat_map(|o| &o.geometries).flat_map(|g| &g.shells).flat_map(|s| &s.faces);
+            let faces =
+                group.iter().flat_map(|&o| &city.objects[o].geometries).flat_map(|g| &g.shells).flat_map(|s| &s.faces);
             let start = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
             faces.flat_map(|face| &face.rings).flatten().fold(start, |b, &v| {
                 let [x, y, _] = city.vertices[v as usize];

@@ -20,6 +20,7 @@ use super::scan::{Scan, scan};
 use super::source::Source;
 use crate::error::Result;
 use crate::run::guarded;
+use crate::sink::{Encoder, PointCloud};
 use crate::source::crs::Crs;
 
 pub use layout::common_crs;
@@ -85,7 +86,8 @@ pub fn write(job: &Job, progress: &(dyn Fn(u64) + Sync)) -> Result<Written> {
     let files = ["points.laz", "footprints.geojson", "reference.city.json"].map(|name| job.output.join(name));
     let mut tile = tile::TileFile::create(&files[0], &job.crs, layout::corner(&models), job.overwrite)?;
     let mut footprints = footprints::Footprints::create(&files[1], &job.crs, job.overwrite)?;
-    let mut reference = reference::create(&files[2], job, &models, &ids)?;
+    let mut reference = reference::create(&files[2], job, &models)?;
+    let mut encoder = Encoder::new(ids.iter().map(String::as_str).collect(), PointCloud::default());
     let mut failed = BTreeMap::new();
     let mut buildings = 0;
     let numbered: Vec<(&Model, &String)> = models.iter().zip(&ids).collect();
@@ -103,7 +105,7 @@ pub fn write(job: &Job, progress: &(dyn Fn(u64) + Sync)) -> Result<Written> {
                 Ok(scanned) => {
                     tile.add(&scanned)?;
                     footprints.add(&scanned);
-                    reference.write(&reference::building(&scanned))?;
+                    reference.write(&encoder.feature(&reference::building(&scanned)))?;
                     buildings += 1;
                 }
                 Err(reason) => *failed.entry(reason).or_default() += 1,

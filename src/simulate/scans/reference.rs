@@ -9,16 +9,18 @@ use super::{Job, Scanned, layout};
 use crate::building::{Building, Measures, Outcome};
 use crate::error::Result;
 use crate::sink::{self, Metadata, Sink};
+use crate::site::QUANTUM;
 use crate::solid::{self, Part};
+use crate::source::cityjson::Transform;
 
 /// Opens the file.
-pub(super) fn create(path: &Path, job: &Job, models: &[Model], ids: &[String]) -> Result<Box<dyn Sink>> {
+pub(super) fn create(path: &Path, job: &Job, models: &[Model]) -> Result<Box<dyn Sink>> {
     let metadata = Metadata {
         title: "what was scanned".to_owned(),
         reference_system: job.crs.reference_system(),
-        translate: layout::corner(models).map(|c| c as i64),
-        parameters: json!({"scan": job.options, "seed": job.seed}),
-        ids: ids.iter().map(String::as_str).collect(),
+        crs: Some(job.crs.clone()),
+        transform: Transform { scale: [QUANTUM; 3], translate: layout::corner(models).map(f64::trunc) },
+        others: Metadata::making(json!({"scan": job.options, "seed": job.seed})),
         ..Metadata::default()
     };
     sink::create(path, metadata, job.overwrite)

@@ -1,5 +1,6 @@
 //! City models: CityJSON 1.0 to 2.0 and CityJSONSeq, as plain data.
 
+mod groups;
 mod parse;
 mod solid;
 #[cfg(test)]
@@ -9,7 +10,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::error::{Error, InputError, Result};
@@ -28,10 +29,16 @@ pub struct CityModel {
     pub vertices: Vec<[f64; 3]>,
     /// How they follow from the numbers in the file; `None` where the file has CRS coordinates.
     pub transform: Option<Transform>,
+    /// The metadata as they are; empty in a feature of a sequence.
+    pub metadata: Map<String, Value>,
+    /// The extensions that the file declares, as they are; `None` in a feature of a sequence.
+    pub extensions: Option<Value>,
+    /// The names of the members that are not read, such as `appearance` and `geometry-templates`.
+    pub others: Vec<String>,
 }
 
 /// From the numbers in the file, which should be whole, to CRS coordinates: `number · scale + translate`, axis by axis.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Transform {
     /// Size of a step in units of the CRS.
     pub scale: [f64; 3],
@@ -61,6 +68,8 @@ pub struct CityObject {
     pub attributes: Map<String, Value>,
     /// Its geometries.
     pub geometries: Vec<Geometry>,
+    /// Its other members (`address`, those of extensions), as they are.
+    pub members: Map<String, Value>,
 }
 
 /// A geometry of a `CityObject`.
@@ -142,6 +151,11 @@ impl CityModel {
     fn append(&mut self, other: Self) {
         let base = self.vertices.len() as u32;
         self.vertices.extend(other.vertices);
+        for name in other.others {
+            if !self.others.contains(&name) {
+                self.others.push(name);
+            }
+        }
         let from = self.objects.len();
         self.objects.extend(other.objects);
         if base == 0 {
@@ -246,8 +260,11 @@ impl Features {
         }
         self.head = CityModel {
             version,
-            reference_system: root.metadata.as_ref().and_then(parse::Metadata::reference_system),
+            reference_system: root.metadata.get("referenceSystem").and_then(Value::as_str).map(str::to_owned),
             transform: root.transform,
+            metadata: root.metadata.clone(),
+            extensions: root.extensions.clone(),
+            others: root.others.clone(),
             ..CityModel::default()
         };
         let model = self.model(root)?;
@@ -278,7 +295,15 @@ impl Features {
                 return Err(self.refusal(place, format!("the vertex index {index}"), format!("one below {n}")));
             }
         }
-        Ok(CityModel { objects: objects.0, vertices, ..self.head.clone() })
+        Ok(CityModel {
+            version: self.head.version.clone(),
+            reference_system: self.head.reference_system.clone(),
+            objects: objects.0,
+            vertices,
+            transform: self.head.transform,
+            others: document.others,
+            ..CityModel::default()
+        })
     }
 
     fn refusal(&self, place: impl Into<String>, found: impl Into<String>, expected: impl Into<String>) -> Error {

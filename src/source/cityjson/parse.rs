@@ -3,34 +3,63 @@
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
 use super::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell, Transform};
 
 /// A root object or a feature.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default)]
 pub(super) struct Document {
-    #[serde(rename = "type")]
     pub kind: String,
     pub version: Option<String>,
     pub transform: Option<Transform>,
-    pub metadata: Option<Metadata>,
-    #[serde(rename = "CityObjects")]
+    pub metadata: Map<String, Value>,
+    pub extensions: Option<Value>,
     pub objects: Option<Objects>,
     pub vertices: Option<Vec<[f64; 3]>>,
+    /// The names of the other members that are not empty.
+    pub others: Vec<String>,
 }
 
-/// What is used of the metadata.
-#[derive(Debug, Deserialize)]
-pub(super) struct Metadata {
-    #[serde(rename = "referenceSystem")]
-    reference_system: Option<Value>,
-}
+impl<'de> Deserialize<'de> for Document {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Members;
 
-impl Metadata {
-    pub(super) fn reference_system(&self) -> Option<String> {
-        self.reference_system.as_ref()?.as_str().map(str::to_owned)
+        impl<'de> Visitor<'de> for Members {
+            type Value = Document;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a CityJSON object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Document, A::Error> {
+                let mut document = Document::default();
+                let mut kind = None;
+                while let Some(name) = map.next_key::<String>()? {
+                    match name.as_str() {
+                        "type" => kind = Some(map.next_value()?),
+                        "version" => document.version = map.next_value()?,
+                        "transform" => document.transform = map.next_value()?,
+                        "metadata" => document.metadata = map.next_value::<Option<_>>()?.unwrap_or_default(),
+                        "extensions" => document.extensions = map.next_value()?,
+                        "CityObjects" => document.objects = map.next_value()?,
+                        "vertices" => document.vertices = map.next_value()?,
+                        // The id of a feature is that of one of its objects.
+                        "id" => drop(map.next_value::<IgnoredAny>()?),
+                        _ => {
+                            if map.next_value::<Option<IgnoredAny>>()?.is_some() {
+                                document.others.push(name);
+                            }
+                        }
+                    }
+                }
+                document.kind = kind.ok_or_else(|| A::Error::missing_field("type"))?;
+                Ok(document)
+            }
+        }
+
+        deserializer.deserialize_map(Members)
     }
 }
 
@@ -64,14 +93,49 @@ impl<'de> Deserialize<'de> for Objects {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Default)]
 struct RawObject {
-    #[serde(rename = "type")]
     kind: String,
     attributes: Option<Map<String, Value>>,
     parents: Option<Vec<String>>,
     children: Option<Vec<String>>,
     geometry: Option<Vec<RawGeometry>>,
+    members: Map<String, Value>,
+}
+
+impl<'de> Deserialize<'de> for RawObject {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Members;
+
+        impl<'de> Visitor<'de> for Members {
+            type Value = RawObject;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a CityObject")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<RawObject, A::Error> {
+                let mut object = RawObject::default();
+                let mut kind = None;
+                while let Some(name) = map.next_key::<String>()? {
+                    match name.as_str() {
+                        "type" => kind = Some(map.next_value()?),
+                        "attributes" => object.attributes = map.next_value()?,
+                        "parents" => object.parents = map.next_value()?,
+                        "children" => object.children = map.next_value()?,
+                        "geometry" => object.geometry = map.next_value()?,
+                        // It follows from the geometry.
+                        "geographicalExtent" => drop(map.next_value::<IgnoredAny>()?),
+                        _ => drop(object.members.insert(name, map.next_value()?)),
+                    }
+                }
+                object.kind = kind.ok_or_else(|| A::Error::missing_field("type"))?;
+                Ok(object)
+            }
+        }
+
+        deserializer.deserialize_map(Members)
+    }
 }
 
 impl RawObject {
@@ -87,6 +151,7 @@ impl RawObject {
             children: self.children.unwrap_or_default(),
             attributes: self.attributes.unwrap_or_default(),
             geometries,
+            members: self.members,
         })
     }
 }

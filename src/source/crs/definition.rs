@@ -21,6 +21,11 @@ pub(super) fn from_wkt(wkt: &str) -> Result<Crs, String> {
     from_object(Object::from_wkt(&Context::new()?, wkt)?)
 }
 
+/// WKT1 of what WKT of any dialect says.
+pub(super) fn wkt1(wkt: &str) -> Option<String> {
+    Object::from_wkt(&Context::new().ok()?, wkt).ok()?.wkt1()
+}
+
 fn object_of(context: &Rc<Context>, text: &str) -> Result<Object, String> {
     let text = text.trim();
     if text.is_empty() {

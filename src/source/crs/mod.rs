@@ -4,6 +4,7 @@
 //! with the database that is linked into the binary, whatever `PROJ_DATA` says.
 
 mod definition;
+mod geocentric;
 mod geotiff;
 mod proj_ffi;
 mod transform;
@@ -15,6 +16,7 @@ use std::fmt;
 
 use crate::error::InputError;
 
+pub use geocentric::Geocentric;
 pub use transform::Transformer;
 
 /// The user id of the records of a LAS header that hold a CRS (LAS 1.4, section 2.5.3).
@@ -106,6 +108,11 @@ impl Crs {
         let horizontal = code.split('+').next()?;
         let version = if authority == "OGC" { "1.3" } else { "0" };
         Some(format!("https://www.opengis.net/def/crs/{authority}/{version}/{horizontal}"))
+    }
+
+    /// WKT1 as GDAL writes it, for formats that know no other; `None` for what it cannot express.
+    pub fn wkt1(&self) -> Option<String> {
+        definition::wkt1(&self.wkt)
     }
 
     /// Whether two systems have the same horizontal part, so that x and y of one are x and y of the other: 28992 and

@@ -5,7 +5,7 @@ use super::proj_ffi::{Context, Grids, Kind, Object};
 
 /// From this expected error on, in metres, a transformation comes with a warning: footprints and points that lie
 /// further apart than a decimetre disagree by more than their own accuracy.
-const WARN_FROM_METRES: f64 = 0.1;
+pub(super) const WARN_FROM_METRES: f64 = 0.1;
 
 /// Takes x and y of one CRS to x and y of another, always in this order (longitude before latitude, in degrees).
 ///
@@ -82,7 +82,7 @@ pub(super) fn is_same_horizontally(a: &Crs, b: &Crs) -> bool {
 }
 
 /// The two-dimensional part of a CRS.
-fn horizontal(crs: Object) -> Option<Object> {
+pub(super) fn horizontal(crs: Object) -> Option<Object> {
     match crs.kind() {
         Kind::Compound => horizontal(crs.sub_crs(0)?),
         Kind::Bound => Some(crs),
@@ -106,7 +106,7 @@ fn corners_and_centre([x0, y0, x1, y1]: [f64; 4]) -> Vec<[f64; 2]> {
 }
 
 /// West, south, east, north of an extent, by the geographic CRS beneath: near enough to choose an operation by area.
-fn degrees(crs: &Object, extent: [f64; 4]) -> Option<[f64; 4]> {
+pub(super) fn degrees(crs: &Object, extent: [f64; 4]) -> Option<[f64; 4]> {
     let geographic = match crs.kind() {
         Kind::Bound => crs.source_crs()?.geodetic_crs()?,
         _ => crs.geodetic_crs()?,

@@ -122,12 +122,24 @@ impl Object {
 
     /// Carries out an operation in place; points that it cannot do become infinite.
     pub(in crate::source::crs) fn transform(&self, points: &mut [[f64; 2]]) {
-        let (count, stride) = (points.len(), size_of::<[f64; 2]>());
+        self.carry_out(points);
+    }
+
+    /// The same with heights.
+    pub(in crate::source::crs) fn transform_3d(&self, points: &mut [[f64; 3]]) {
+        self.carry_out(points);
+    }
+
+    fn carry_out<const D: usize>(&self, points: &mut [[f64; D]]) {
+        const { assert!(D == 2 || D == 3, "x and y, or x, y and z") };
+        let (count, stride) = (points.len(), size_of::<[f64; D]>());
         let Some(first) = points.first_mut() else { return };
         let x = first.as_mut_ptr();
-        // SAFETY: `x` and `x + 1` are the first of `count` numbers each, `stride` bytes apart, all inside `points`,
-        // which is borrowed mutably; z and t are absent. The object is live and not shared between threads.
+        // SAFETY: `x`, `x + 1` and, with three coordinates, `x + 2` are the first of `count` numbers each, `stride` bytes
+        // apart, all inside `points`, which is borrowed mutably; t is absent, and so is z with two. The object is live and
+        // not shared between threads.
         unsafe {
+            let (z, z_stride, z_count) = if D == 3 { (x.add(2), stride, count) } else { (ptr::null_mut(), 0, 0) };
             proj_trans_generic(
                 self.raw,
                 PJ_DIRECTION_PJ_FWD,
@@ -137,9 +149,9 @@ impl Object {
                 x.add(1),
                 stride,
                 count,
-                ptr::null_mut(),
-                0,
-                0,
+                z,
+                z_stride,
+                z_count,
                 ptr::null_mut(),
                 0,
                 0,

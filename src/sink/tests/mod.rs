@@ -1,3 +1,5 @@
+mod formats;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
@@ -6,12 +8,13 @@ use cjval::CJValidator;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::building::{LadderStep, Measures, Outcome, Reason, RoofHeights, RoofType, Setback};
+use crate::building::{Building, LadderStep, Measures, Outcome, Reason, RoofHeights, RoofType, Setback};
 use crate::error::Error;
 use crate::reconstruct::blocks::block;
 use crate::site::{Coverage, Frame, Ground, GroundSource};
 use crate::solid::{Face, FootprintPolygon, Model, Part, Solid, Surface, SurfaceType};
-use crate::source::cityjson::{self, CityModel, CityObject};
+use crate::source::cityjson::{self, CityModel, CityObject, Transform};
+use crate::source::crs::Crs;
 
 const STEP: [f64; 3] = [1e-4; 3];
 
@@ -140,22 +143,28 @@ fn neighbourhood() -> Vec<Building> {
     vec![house, block_of_two, namesake, building("00012")]
 }
 
-fn metadata(buildings: &[Building]) -> Metadata {
+fn metadata() -> Metadata {
     Metadata {
         title: "Delft".into(),
         reference_system: reference_system("EPSG:7415"),
-        translate: [84_900, 447_400, 0],
-        point_cloud: PointCloud { source: Some("AHN3".into()), date: None },
-        parameters: json!({"lambda": 1.0}),
-        ids: buildings.iter().map(|b| b.id.as_str()).collect(),
+        crs: Some(Crs::parse("EPSG:7415").unwrap()),
+        transform: Transform { scale: [1e-4; 3], translate: [84_900.0, 447_400.0, 0.0] },
+        others: Metadata::making(json!({"lambda": 1.0})),
+        extensions: None,
     }
+}
+
+fn encoder(buildings: &[Building]) -> Encoder {
+    let ids = buildings.iter().map(|b| b.id.as_str()).collect();
+    Encoder::new(ids, PointCloud { source: Some("AHN3".into()), date: None })
 }
 
 fn write(folder: &tempfile::TempDir, name: &str, buildings: &[Building]) -> (PathBuf, Written) {
     let path = folder.path().join(name);
-    let mut sink = create(&path, metadata(buildings), true).unwrap();
+    let mut sink = create(&path, metadata(), true).unwrap();
+    let mut encoder = encoder(buildings);
     for building in buildings {
-        sink.write(building).unwrap();
+        sink.write(&encoder.feature(building)).unwrap();
     }
     let written = sink.finish().unwrap();
     assert_eq!(written.bytes, fs::metadata(&path).unwrap().len());
@@ -175,7 +184,7 @@ fn object<'a>(model: &'a CityModel, id: &str) -> &'a CityObject {
 fn cityjson_is_valid() {
     let folder = tempfile::tempdir().unwrap();
     let (path, written) = write(&folder, "out.city.json", &neighbourhood());
-    assert_eq!((written.format, written.buildings, written.objects), (Format::CityJson, 4, 7));
+    assert_eq!((written.format, written.features, written.objects), (Format::CityJson, 4, 7));
     let text = fs::read_to_string(path).unwrap();
     assert_eq!(faults(&CJValidator::from_str(&text)), Vec::<String>::new());
     let root: Value = serde_json::from_str(&text).unwrap();
@@ -194,7 +203,7 @@ fn cityjson_is_valid() {
 fn cityjsonseq_is_valid_line_by_line() {
     let folder = tempfile::tempdir().unwrap();
     let (path, written) = write(&folder, "out.city.jsonl", &neighbourhood());
-    assert_eq!((written.format, written.buildings, written.objects), (Format::CityJsonSeq, 4, 7));
+    assert_eq!((written.format, written.features, written.objects), (Format::CityJsonSeq, 4, 7));
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
     let mut validator = CJValidator::from_str(lines.next().unwrap());
@@ -334,7 +343,7 @@ fn nothing_is_replaced_or_left_behind_unasked() {
     let message = create(&path, Metadata::default(), false).err().unwrap().to_string();
     assert!(message.contains("existing file") && message.contains("--overwrite"), "{message}");
     let mut sink = create(&path, Metadata::default(), true).unwrap();
-    sink.write(&building("a")).unwrap();
+    sink.write(&encoder(&[]).feature(&building("a"))).unwrap();
     drop(sink);
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "the temporary file is gone");
@@ -351,8 +360,8 @@ fn nothing_is_replaced_or_left_behind_unasked() {
 #[test]
 fn what_cannot_be_written_is_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();
-    let message = create(&folder.path().join("out.obj"), Metadata::default(), false).err().unwrap().to_string();
-    for extension in [".city.json", ".city.jsonl"] {
+    let message = create(&folder.path().join("out.stl"), Metadata::default(), false).err().unwrap().to_string();
+    for extension in [".city.json", ".city.jsonl", ".3dtiles", ".gpkg", ".obj"] {
         assert!(message.contains(extension), "{message}");
     }
     let missing = create(&folder.path().join("nowhere/out.json"), Metadata::default(), false);
@@ -368,11 +377,12 @@ fn writing_is_quick() {
     let path = folder.path().join("many.city.json");
     let mut sink = create(&path, Metadata::default(), false).unwrap();
     let mut house = neighbourhood().swap_remove(0);
+    let mut encoder = Encoder::default();
     let start = std::time::Instant::now();
     for i in 0..2000 {
         house.id = format!("house {i}");
         house.frame.origin[0] += 10.0;
-        sink.write(&house).unwrap();
+        sink.write(&encoder.feature(&house)).unwrap();
     }
     let spent = start.elapsed().as_secs_f64() * 1e3 / 2000.0;
     println!("{spent:.3} ms per building");

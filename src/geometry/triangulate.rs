@@ -16,20 +16,19 @@ pub fn newell(ring: &[Point3<f64>]) -> Vector3<f64> {
 ///
 /// The triangles use the polygon's own vertices only, so that neighbours which share an edge still share it.
 pub fn triangulate(rings: &[Vec<Point3<f64>>]) -> Vec<[Point3<f64>; 3]> {
-    let vertices: Vec<&Point3<f64>> = rings.iter().flatten().collect();
-    let corner = |i: usize| vertices.get(i).map(|p| **p);
-    let triangles = triangulate_corners(rings).into_iter();
-    triangles.filter_map(|[a, b, c]| Some([corner(a)?, corner(b)?, corner(c)?])).collect()
+    let vertices: Vec<Point3<f64>> = rings.iter().flatten().copied().collect();
+    let point = |i: usize| vertices.get(i).copied();
+    triangle_indices(rings).into_iter().filter_map(|[a, b, c]| Some([point(a)?, point(b)?, point(c)?])).collect()
 }
 
-/// The same, each corner as its number in the polygon, counted through all rings.
-pub fn triangulate_corners(rings: &[Vec<Point3<f64>>]) -> Vec<[usize; 3]> {
+/// The triangles of [`triangulate`] as indices into the vertices of all rings, one ring after the other.
+pub fn triangle_indices(rings: &[Vec<Point3<f64>>]) -> Vec<[usize; 3]> {
     let Some(exterior) = rings.first() else { return Vec::new() };
     let normal = newell(exterior);
     if normal.norm() <= 0.0 || !normal.norm().is_finite() {
         return Vec::new();
     }
-    if exterior.len() == 3 && rings.len() == 1 {
+    if (exterior.len(), rings.len()) == (3, 1) {
         return vec![[0, 1, 2]];
     }
     // Dropping the axis along which the normal is longest keeps the projection far from degenerate.
@@ -43,10 +42,10 @@ pub fn triangulate_corners(rings: &[Vec<Point3<f64>>]) -> Vec<[usize; 3]> {
     triangle_indices
         .chunks_exact(3)
         .filter_map(|corners| {
-            let [i, j, k] = corners.try_into().ok()?;
-            let [a, b, c] = [*vertices.get(i)?, *vertices.get(j)?, *vertices.get(k)?];
-            let turns_along = (b - a).cross(&(c - a)).dot(&normal) >= 0.0;
-            Some(if turns_along { [i, j, k] } else { [i, k, j] })
+            let [a, b, c] = *corners.first_chunk::<3>()?;
+            let [p, q, r] = [*vertices.get(a)?, *vertices.get(b)?, *vertices.get(c)?];
+            let turns_along = (q - p).cross(&(r - p)).dot(&normal) >= 0.0;
+            Some(if turns_along { [a, b, c] } else { [a, c, b] })
         })
         .collect()
 }
