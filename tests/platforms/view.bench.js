@@ -4,15 +4,12 @@
 
 const assert = require('node:assert/strict');
 const fs = require('node:fs');
-const os = require('node:os');
 const path = require('node:path');
-const { execFileSync } = require('node:child_process');
 const { test } = require('node:test');
 const { pathToFileURL } = require('node:url');
 const { launch } = require('./browser.js');
+const tool = require('./gable.js');
 
-const DATA = path.resolve(__dirname, '../../examples/data');
-const GABLE = process.env.GABLE ?? path.resolve(__dirname, '../../target/release/gable');
 const COPIES = 71;
 
 /** A sequence of copies of the buildings of another, beside each other. */
@@ -38,15 +35,13 @@ function replicate(from, to) {
 }
 
 test('5 000 buildings', async (t) => {
-  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'gable-bench-'));
+  const folder = tool.folder();
   const browser = await launch();
   try {
-    const [one, many, html] = ['one.city.jsonl', 'many.city.jsonl', 'many.html'].map((name) => path.join(folder, name));
-    const [tile, footprints] = ['delft_ahn3.laz', 'footprints.geojson'].map((name) => path.join(DATA, name));
-    execFileSync(GABLE, ['reconstruct', tile, '-f', footprints, '-o', one, '--quiet']);
-    replicate(one, many);
+    const [many, html] = ['many.city.jsonl', 'many.html'].map((name) => path.join(folder, name));
+    replicate(tool.delft(folder, 'one.city.jsonl'), many);
     const started = performance.now();
-    execFileSync(GABLE, ['view', many]);
+    tool.gable('view', many);
     t.diagnostic(`${(fs.statSync(many).size / 1e6).toFixed(1)} MB of CityJSONSeq: page of ${(fs.statSync(html).size / 1e6).toFixed(1)} MB written in ${((performance.now() - started) / 1000).toFixed(1)} s`);
     const page = await browser.newPage();
     await page.setViewport({ width: 1400, height: 900 });

@@ -3,24 +3,22 @@
 
 const assert = require('node:assert/strict');
 const fs = require('node:fs');
-const os = require('node:os');
 const path = require('node:path');
-const { execFileSync } = require('node:child_process');
 const { after, before, test } = require('node:test');
 const { pathToFileURL } = require('node:url');
 const { launch } = require('./browser.js');
+const tool = require('./gable.js');
 
 const DATA = path.resolve(__dirname, '../../examples/data');
-const GABLE = process.env.GABLE ?? path.resolve(__dirname, '../../target/release/gable');
 const SIZE = { width: 1200, height: 800 };
 
 let browser;
 let folder;
 
 before(async () => {
-  folder = fs.mkdtempSync(path.join(os.tmpdir(), 'gable-view-'));
+  folder = tool.folder();
   const [tile, footprints] = ['delft_ahn3.laz', 'footprints.geojson'].map((name) => path.join(DATA, name));
-  execFileSync(GABLE, ['reconstruct', tile, '-f', footprints, '-o', path.join(folder, 'delft.city.json'), '--view', '--quiet']);
+  tool.gable('reconstruct', tile, '-f', footprints, '-o', path.join(folder, 'delft.city.json'), '--view', '--quiet');
   browser = await launch();
 });
 
@@ -52,7 +50,7 @@ async function openPage(file, scheme = 'light') {
 function view(model, name) {
   const file = path.join(folder, `${name}.city.json`);
   fs.writeFileSync(file, typeof model === 'string' ? model : JSON.stringify(model));
-  execFileSync(GABLE, ['view', file]);
+  tool.gable('view', file);
   return path.join(folder, `${name}.html`);
 }
 

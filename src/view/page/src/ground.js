@@ -7,6 +7,9 @@ const SQUARES = 96;
 /** How far below the buildings it lies, metres: their floors shall not shine through. */
 const BELOW = 0.06;
 
+/** So many buildings are all looked at for every place. */
+const FEW = 600;
+
 /** The ground of a model, or null where it has its own or nothing stands on it. */
 export function groundMesh(model) {
   const hasOwn = model.features.some((feature) => /Relief|LandUse|PlantCover/.test(feature.kind) && feature.hasShape);
@@ -83,11 +86,15 @@ class Ground {
 class Grid {
   constructor(bases, step) {
     this.bases = bases;
-    this.size = Math.max(step * 4, 20);
+    // Of few all are taken, of many those around.
+    this.size = bases.length <= FEW ? Infinity : Math.max(step * 4, 20);
     this.cells = new Map();
     bases.forEach((base) => {
       const key = this.key(Math.floor(base[0] / this.size), Math.floor(base[1] / this.size));
-      this.cells.set(key, [...(this.cells.get(key) ?? []), base]);
+      if (!this.cells.has(key)) {
+        this.cells.set(key, []);
+      }
+      this.cells.get(key).push(base);
     });
     this.mean = bases.reduce((sum, base) => sum + base[2], 0) / bases.length;
   }
