@@ -5,10 +5,11 @@
 //! the file holds; gable's own attributes ([`ATTRIBUTES`](crate::sink::ATTRIBUTES)) open more colourings, and those of other
 //! makers can be coloured by too.
 //!
-//! - [`payload`] is what the page is given, and how it is packed.
-//! - [`feature`] turns a top-level object into faces, triangles and edges.
-//! - [`cloud`] picks the points around the buildings.
-//! - [`page`] puts both into the page.
+//! - `payload` is what the page is given, and how it is packed.
+//! - `feature` turns a top-level object into faces, triangles and edges; `faults` says which of them are at fault.
+//! - `cloud` picks the points around the buildings.
+//! - `record` reads the report of the run that made the model.
+//! - `page` puts all of it into the page.
 
 mod cloud;
 mod faults;

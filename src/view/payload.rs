@@ -8,7 +8,7 @@
 //! take one or two bytes, and deflate finds what repeats. In base64 nothing that stands in a file can end a script or begin a
 //! tag.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::io::Write;
 
 use base64::Engine as _;
@@ -41,14 +41,19 @@ pub(super) fn steps(local: [f64; 3]) -> [i64; 3] {
     local.map(|metres| (metres * STEPS_PER_METRE).round().clamp(-FAR, FAR) as i64)
 }
 
+/// A number of either sign as one without: 0, -1, 1, -2, … as 0, 1, 2, 3, …
+fn folded(number: i64) -> u64 {
+    ((number << 1) ^ (number >> 63)) as u64
+}
+
 /// Integers in LEB128: seven bits a byte, the lowest first, the eighth bit set while more follow.
 #[derive(Debug, Default)]
 pub(super) struct Column(Vec<u8>);
 
 impl Column {
     /// Appends a number.
-    pub fn push(&mut self, number: impl TryInto<u64>) {
-        let mut rest: u64 = number.try_into().unwrap_or(0);
+    fn push(&mut self, number: u64) {
+        let mut rest = number;
         while rest >= 0x80 {
             self.0.push(rest as u8 | 0x80);
             rest >>= 7;
@@ -56,15 +61,15 @@ impl Column {
         self.0.push(rest as u8);
     }
 
-    /// Appends a number of either sign: 0, -1, 1, -2, … as 0, 1, 2, 3, …
-    pub fn push_signed(&mut self, number: i64) {
-        self.push(((number << 1) ^ (number >> 63)) as u64);
+    /// Appends a count or an index.
+    fn push_index(&mut self, index: usize) {
+        self.push(index as u64);
     }
 
     /// Appends a place as its difference from `last`, which it becomes.
-    pub fn push_place(&mut self, place: [i64; 3], last: &mut [i64; 3]) {
+    fn push_place(&mut self, place: [i64; 3], last: &mut [i64; 3]) {
         for (now, before) in place.iter().zip(last.iter()) {
-            self.push_signed(now - before);
+            self.push(folded(now - before));
         }
         *last = place;
     }
@@ -130,8 +135,8 @@ pub(super) struct Head {
     faults: Vec<Fault>,
     points: Option<Points>,
     run: Option<Map<String, Value>>,
-    columns: BTreeMap<&'static str, usize>,
-    order: Vec<&'static str>,
+    /// The columns in their order, each with its number of bytes.
+    columns: Vec<(&'static str, usize)>,
 }
 
 /// A semantic surface; equal ones are one.
@@ -259,23 +264,22 @@ impl Payload {
         });
         let surface = face.surface.map_or(0, |surface| self.surface(surface) + 1);
         let columns = &mut self.columns;
-        columns.lods.push(lod);
-        columns.objects.push(face.object);
-        columns.surfaces.push(surface);
-        columns.rings.push(face.rings.len());
+        columns.lods.push_index(lod);
+        columns.objects.push_index(face.object);
+        columns.surfaces.push_index(surface);
+        columns.rings.push_index(face.rings.len());
         let mut last = 0;
         for ring in &face.rings {
-            columns.rings.push(ring.len());
+            columns.rings.push_index(ring.len());
             for corner in ring {
-                let difference = i64::from(corner.vertex) - last;
-                last = i64::from(corner.vertex);
-                let folded = ((difference << 1) ^ (difference >> 63)) as u64;
-                columns.corners.push(folded << 1 | u64::from(corner.is_drawn));
+                let vertex = i64::from(corner.vertex);
+                columns.corners.push(folded(vertex - last) << 1 | u64::from(corner.is_drawn));
+                last = vertex;
             }
         }
-        columns.triangles.push(face.triangles.len());
+        columns.triangles.push_index(face.triangles.len());
         for corner in face.triangles.iter().flatten() {
-            columns.triangles.push(*corner);
+            columns.triangles.push_index(*corner);
         }
         self.contents.triangles += face.triangles.len();
     }
@@ -314,7 +318,7 @@ impl Payload {
         let mut last = [0; 3];
         for (place, class) in &cloud.points {
             self.columns.points.push_place(*place, &mut last);
-            self.columns.classes.push(*class);
+            self.columns.classes.push(u64::from(*class));
         }
         let name = |path: &std::path::PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
         let tiles = options.tiles.iter().filter_map(name).collect();
@@ -342,7 +346,6 @@ impl Payload {
     pub fn pack(mut self) -> Result<String> {
         let columns = self.columns.in_order();
         self.head.columns = columns.iter().map(|(name, column)| (*name, column.0.len())).collect();
-        self.head.order = columns.iter().map(|(name, _)| *name).collect();
         let fault = |e| Error::io("the page", "pack", e);
         let head = serde_json::to_vec(&self.head).map_err(|e| fault(e.into()))?;
         let mut deflated = DeflateEncoder::new(Vec::new(), Compression::new(7));

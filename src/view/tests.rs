@@ -27,10 +27,9 @@ impl Unpacked {
         let (head, mut rest) = rest.split_at(u32::from_le_bytes(length.try_into().unwrap()) as usize);
         let head: Value = serde_json::from_slice(head).unwrap();
         let mut columns = Vec::new();
-        for name in head["order"].as_array().unwrap() {
-            let name = name.as_str().unwrap();
-            let (own, after) = rest.split_at(head["columns"][name].as_u64().unwrap() as usize);
-            columns.push((name.to_owned(), numbers(own)));
+        for column in head["columns"].as_array().unwrap() {
+            let (own, after) = rest.split_at(column[1].as_u64().unwrap() as usize);
+            columns.push((column[0].as_str().unwrap().to_owned(), numbers(own)));
             rest = after;
         }
         assert!(rest.is_empty(), "bytes that belong to no column");

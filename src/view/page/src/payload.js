@@ -61,9 +61,9 @@ export async function unpack(text) {
   const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
   const columns = {};
   let at = 4 + length;
-  for (const name of head.order) {
-    columns[name] = new Reader(bytes.subarray(at, at + head.columns[name]));
-    at += head.columns[name];
+  for (const [name, size] of head.columns) {
+    columns[name] = new Reader(bytes.subarray(at, at + size));
+    at += size;
   }
   return { head, columns };
 }
