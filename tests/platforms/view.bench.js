@@ -18,17 +18,24 @@ function replicate(from, to) {
   const out = [lines[0]];
   const { scale } = JSON.parse(lines[0]).transform;
   for (let copy = 0; copy < COPIES; copy += 1) {
-    const shift = [(copy % 9) * 120, Math.floor(copy / 9) * 150, 0].map((metres, axis) => Math.round(metres / scale[axis]));
+    const shift = [(copy % 9) * 120, Math.floor(copy / 9) * 150, 0].map((metres, axis) =>
+      Math.round(metres / scale[axis]),
+    );
     for (const line of lines.slice(1)) {
       const feature = JSON.parse(line);
       const renamed = (id) => `${id}/${copy}`;
       const objects = Object.entries(feature.CityObjects).map(([id, object]) => {
-        const family = { ...(object.children && { children: object.children.map(renamed) }), ...(object.parents && { parents: object.parents.map(renamed) }) };
+        const family = {
+          ...(object.children && { children: object.children.map(renamed) }),
+          ...(object.parents && { parents: object.parents.map(renamed) }),
+        };
         const { geographicalExtent, ...rest } = object;
         return [renamed(id), { ...rest, ...family }];
       });
       const vertices = feature.vertices.map((v) => v.map((n, axis) => n + shift[axis]));
-      out.push(JSON.stringify({ ...feature, id: renamed(feature.id), CityObjects: Object.fromEntries(objects), vertices }));
+      out.push(
+        JSON.stringify({ ...feature, id: renamed(feature.id), CityObjects: Object.fromEntries(objects), vertices }),
+      );
     }
   }
   fs.writeFileSync(to, `${out.join('\n')}\n`);
@@ -42,7 +49,9 @@ test('5 000 buildings', async (t) => {
     replicate(tool.delft(folder, 'one.city.jsonl'), many);
     const started = performance.now();
     tool.gable('view', many);
-    t.diagnostic(`${(fs.statSync(many).size / 1e6).toFixed(1)} MB of CityJSONSeq: page of ${(fs.statSync(html).size / 1e6).toFixed(1)} MB written in ${((performance.now() - started) / 1000).toFixed(1)} s`);
+    t.diagnostic(
+      `${(fs.statSync(many).size / 1e6).toFixed(1)} MB of CityJSONSeq: page of ${(fs.statSync(html).size / 1e6).toFixed(1)} MB written in ${((performance.now() - started) / 1000).toFixed(1)} s`,
+    );
     const page = await browser.newPage();
     await page.setViewport({ width: 1400, height: 900 });
     await page.goto(pathToFileURL(html).href);
@@ -78,7 +87,9 @@ test('5 000 buildings', async (t) => {
       };
     });
     assert.equal(figures.buildings, 71 * COPIES);
-    t.diagnostic(JSON.stringify(figures, (_, value) => (typeof value === 'number' ? Math.round(value * 10) / 10 : value)));
+    t.diagnostic(
+      JSON.stringify(figures, (_, value) => (typeof value === 'number' ? Math.round(value * 10) / 10 : value)),
+    );
   } finally {
     await browser.close();
     fs.rmSync(folder, { recursive: true, force: true });

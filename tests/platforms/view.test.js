@@ -67,7 +67,9 @@ function roofs(model) {
       if (surface.type === 'RoofSurface' && surface.slope < 1 && rings.length === 1 && rings[0].length === 4) {
         const ring = rings[0].map(place);
         const middle = [0, 1, 2].map((axis) => ring.reduce((sum, p) => sum + p[axis], 0) / ring.length);
-        const [dx, dy] = [0, 1].map((axis) => Math.max(...ring.map((p) => p[axis])) - Math.min(...ring.map((p) => p[axis])));
+        const [dx, dy] = [0, 1].map(
+          (axis) => Math.max(...ring.map((p) => p[axis])) - Math.min(...ring.map((p) => p[axis])),
+        );
         found.push({ id: object.parents?.[0] ?? id, place: middle, area: dx * dy });
       }
     });
@@ -88,7 +90,8 @@ const project = (page, place) =>
   }, place);
 
 /** Two frames later everything is drawn. */
-const drawn = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+const drawn = (page) =>
+  page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
 
 /** The colours of a screenshot at some pixels. */
 async function colours(page, places) {
@@ -142,7 +145,10 @@ test('the quick start: counts, clicks, colours, both themes', async () => {
     await page.click('#theme');
     assert.notEqual(await page.evaluate(() => document.documentElement.dataset.theme), scheme);
     assert.deepEqual(page.faults, []);
-    assert.deepEqual(page.asked.filter((url) => !/^(file|data|blob):/.test(url)), []);
+    assert.deepEqual(
+      page.asked.filter((url) => !/^(file|data|blob):/.test(url)),
+      [],
+    );
     await page.close();
   }
 });
@@ -165,10 +171,17 @@ test('colourings, levels of detail, points, search and filters do what they say'
   await page.keyboard.press('2');
   assert.equal(await page.$eval('#colourings [aria-checked=true]', (node) => node.dataset.key), 'rmse');
   const counts = await page.$$eval('.histogram .bar', (bars) => bars.map((bar) => Number(bar.dataset.count)));
-  assert.equal(counts.reduce((sum, count) => sum + count), 71);
+  assert.equal(
+    counts.reduce((sum, count) => sum + count),
+    71,
+  );
   const most = counts.indexOf(Math.max(...counts));
-  await page.evaluate((most) => document.querySelectorAll('.histogram .bar')[most].dispatchEvent(new MouseEvent('click')), most);
-  const passing = () => page.evaluate(() => window.gable.model.features.filter((_, f) => window.gable.state.isIn(f)).length);
+  await page.evaluate(
+    (most) => document.querySelectorAll('.histogram .bar')[most].dispatchEvent(new MouseEvent('click')),
+    most,
+  );
+  const passing = () =>
+    page.evaluate(() => window.gable.model.features.filter((_, f) => window.gable.state.isIn(f)).length);
   assert.equal(await passing(), counts[most]);
   await page.focus('#canvas');
   await page.keyboard.press('Escape');
@@ -185,7 +198,10 @@ test('colourings, levels of detail, points, search and filters do what they say'
   const away = await page.evaluate(() => {
     const { model, camera } = window.gable;
     const box = model.boxes.subarray(40 * 6, 40 * 6 + 6);
-    return Math.hypot(camera.controls.target.x - (box[0] + box[3]) / 2, camera.controls.target.y - (box[1] + box[4]) / 2);
+    return Math.hypot(
+      camera.controls.target.x - (box[0] + box[3]) / 2,
+      camera.controls.target.y - (box[1] + box[4]) / 2,
+    );
   });
   assert.ok(away < 8, `it looks at the building, ${away} m away`);
   assert.deepEqual(page.faults, []);
@@ -193,14 +209,23 @@ test('colourings, levels of detail, points, search and filters do what they say'
 });
 
 test('a model of another maker: what it lacks is greyed out, its faults are listed and found', async () => {
-  const lines = fs.readFileSync(path.join(DATA, 'reference_3dbag_lod22.city.jsonl'), 'utf8').trim().split('\n').map(JSON.parse);
+  const lines = fs
+    .readFileSync(path.join(DATA, 'reference_3dbag_lod22.city.jsonl'), 'utf8')
+    .trim()
+    .split('\n')
+    .map(JSON.parse);
   const part = Object.values(lines[3].CityObjects).find((object) => object.type === 'BuildingPart');
   const solid = part.geometry.find((geometry) => geometry.lod === '2.2' || geometry.lod === 2.2);
   solid.boundaries[0].shift();
   solid.semantics.values[0].shift();
   const page = await openPage(view(lines.map((line) => JSON.stringify(line)).join('\n'), 'opened'));
   assert.equal(await text(page, '#building-count'), '11');
-  assert.ok(await page.$eval('#colourings [data-key=ladder]', (node) => node.disabled && node.title.includes('gable_ladder_step')));
+  assert.ok(
+    await page.$eval(
+      '#colourings [data-key=ladder]',
+      (node) => node.disabled && node.title.includes('gable_ladder_step'),
+    ),
+  );
   assert.match(await text(page, '#reason'), /Greyed out: no building has .*gable_ladder_step/);
   assert.match(await text(page, '#faults'), /302 shell not closed/);
   await page.click('#faults .list button');
@@ -216,7 +241,13 @@ test('attributes are text, whatever stands in them', async () => {
   const evil = '</script><script>alert(1)</script><img src=x onerror=alert(2)>';
   const model = JSON.parse(fs.readFileSync(path.join(folder, 'delft.city.json'), 'utf8'));
   const [id, object] = Object.entries(model.CityObjects).find(([, object]) => object.type === 'Building');
-  object.attributes = { ...object.attributes, [evil]: evil, gable_roof_type: evil, gable_success: false, gable_fallback_detail: evil };
+  object.attributes = {
+    ...object.attributes,
+    [evil]: evil,
+    gable_roof_type: evil,
+    gable_success: false,
+    gable_fallback_detail: evil,
+  };
   model.CityObjects = { [evil]: { ...object }, ...model.CityObjects };
   delete model.CityObjects[id];
   (object.children ?? []).forEach((child) => (model.CityObjects[child].parents = [evil]));

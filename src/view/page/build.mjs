@@ -27,7 +27,10 @@ const bundle = await build({
   metafile: true,
 });
 // What stands in a script must not end it.
-const script = bundle.outputFiles[0].text.trim().replace(/<\/(script)/gi, '<\\/$1').replace(/<!--/g, '<\\!--');
+const script = bundle.outputFiles[0].text
+  .trim()
+  .replace(/<\/(script)/gi, '<\\/$1')
+  .replace(/<!--/g, '<\\!--');
 const style = (await transform(read('style.css'), { loader: 'css', minify: true })).code.trim();
 
 // The browser runs this script and no other, and asks nothing of any network.
@@ -35,10 +38,30 @@ const digest = (text) => `'sha256-${createHash('sha256').update(text).digest('ba
 const policy = `default-src 'none'; script-src ${digest(script)}; style-src ${digest(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'`;
 
 // FNV-1a over the sources: a test of gable finds a stale page without node (src/view/tests.rs).
-const sources = ['build.mjs', 'index.html', 'package-lock.json', 'package.json', ...readdirSync(join(here, 'src')).sort().map((name) => `src/${name}`), 'style.css'];
-const hash = sources.reduce((sum, name) => [...readFileSync(join(here, name))].reduce((value, byte) => BigInt.asUintN(64, (value ^ BigInt(byte)) * 0x100000001b3n), sum), 0xcbf29ce484222325n);
+const sources = [
+  'build.mjs',
+  'index.html',
+  'package-lock.json',
+  'package.json',
+  ...readdirSync(join(here, 'src'))
+    .sort()
+    .map((name) => `src/${name}`),
+  'style.css',
+];
+const hash = sources.reduce(
+  (sum, name) =>
+    [...readFileSync(join(here, name))].reduce(
+      (value, byte) => BigInt.asUintN(64, (value ^ BigInt(byte)) * 0x100000001b3n),
+      sum,
+    ),
+  0xcbf29ce484222325n,
+);
 
-const three = readFileSync(join(packages, 'node_modules/three/LICENSE'), 'utf8').trim().split('\n').map((line) => line.trim()).filter(Boolean);
+const three = readFileSync(join(packages, 'node_modules/three/LICENSE'), 'utf8')
+  .trim()
+  .split('\n')
+  .map((line) => line.trim())
+  .filter(Boolean);
 const licences = `<!--\nMade by gable, MIT or Apache-2.0. With three.js:\n${three.join('\n')}\nsources ${hash.toString(16).padStart(16, '0')}\n-->`;
 
 const page = `${read('index.html')

@@ -10,7 +10,12 @@ export class Camera {
   constructor(view, canvas) {
     this.view = view;
     this.controls = new OrbitControls(view.camera, canvas);
-    Object.assign(this.controls, { zoomToCursor: true, screenSpacePanning: false, zoomSpeed: 1.6, maxPolarAngle: Math.PI * 0.98 });
+    Object.assign(this.controls, {
+      zoomToCursor: true,
+      screenSpacePanning: false,
+      zoomSpeed: 1.6,
+      maxPolarAngle: Math.PI * 0.98,
+    });
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
     this.controls.addEventListener('change', () => {
@@ -23,7 +28,10 @@ export class Camera {
     const shaped = view.model.features.flatMap((feature, f) => (feature.hasShape ? [f] : []));
     this.buildings = shaped.filter((f) => view.model.features[f].isBuilding);
     this.buildings = this.buildings.length > 0 ? this.buildings : shaped;
-    this.whole = boxOf(view.model, view.model.features.map((_, f) => f));
+    this.whole = boxOf(
+      view.model,
+      view.model.features.map((_, f) => f),
+    );
     this.controls.maxDistance = this.radius(this.whole) * 12;
     this.controls.minDistance = 0.5;
     view.camera.position.set(10, -10, 10);
@@ -82,7 +90,11 @@ export class Camera {
       camera.position.copy(to.position);
       this.controls.update();
     } else {
-      this.flight = { to, from: { target: this.controls.target.clone(), position: camera.position.clone() }, milliseconds };
+      this.flight = {
+        to,
+        from: { target: this.controls.target.clone(), position: camera.position.clone() },
+        milliseconds,
+      };
     }
     this.view.invalidate();
   }
@@ -96,7 +108,10 @@ export class Camera {
     const slopes = [camera.aspect, 1].map((aspect) => aspect * Math.tan((camera.fov * Math.PI) / 360));
     // A point that lies x to the right and z towards the viewer is in the picture from distance d where |x - shift| is at most
     // (d - z) · slope: the largest of x + z · slope and of z · slope - x tell the least d and its shift.
-    const reach = [[-Infinity, -Infinity], [-Infinity, -Infinity]];
+    const reach = [
+      [-Infinity, -Infinity],
+      [-Infinity, -Infinity],
+    ];
     const corner = new Vector3();
     for (const f of features) {
       for (let i = 0; i < 8 && model.features[f].hasShape; i += 1) {
@@ -112,7 +127,10 @@ export class Camera {
     if (reach[0][0] === -Infinity) {
       return null;
     }
-    const [[x, y], least] = [reach.map(([more, less]) => (more - less) / 2), reach.map(([more, less], way) => (more + less) / 2 / slopes[way])];
+    const [[x, y], least] = [
+      reach.map(([more, less]) => (more - less) / 2),
+      reach.map(([more, less], way) => (more + less) / 2 / slopes[way]),
+    ];
     const distance = Math.max(...least, 3) * 1.06 * room;
     const target = centre.addScaledVector(right, x).addScaledVector(up, y);
     return { target, position: target.clone().addScaledVector(direction, distance) };
@@ -203,7 +221,11 @@ export class Camera {
     const wanted = Math.min(all, Math.max(away * 0.9, 40));
     const centre = wanted === all ? this.whole.getCenter(new Vector3()) : this.controls.target;
     const last = this.cast;
-    const isGood = last && last.radius / wanted < 1.8 && wanted <= last.radius && centre.distanceTo(last.centre) <= last.radius - wanted + 1e-6;
+    const isGood =
+      last &&
+      last.radius / wanted < 1.8 &&
+      wanted <= last.radius &&
+      centre.distanceTo(last.centre) <= last.radius - wanted + 1e-6;
     if (!isGood) {
       const radius = wanted === all ? all : Math.min(wanted * 1.3, all);
       this.cast = { radius, centre: radius === all ? this.whole.getCenter(new Vector3()) : centre.clone() };

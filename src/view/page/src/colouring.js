@@ -48,13 +48,21 @@ function semantics(model) {
   // What has no label is of the type of its object, unless that is a building: there the label is what is asked for.
   const ofObject = model.objects.map((object) => (/^Building/.test(object.type) ? null : object.type));
   const found = new Set(model.surfaces.map((surface) => surface.type));
-  model.faceSurface.forEach((surface, face) => surface < 0 && ofObject[model.faceObject[face]] && found.add(ofObject[model.faceObject[face]]));
+  model.faceSurface.forEach(
+    (surface, face) => surface < 0 && ofObject[model.faceObject[face]] && found.add(ofObject[model.faceObject[face]]),
+  );
   const rank = (name) => (order.includes(name) ? order.indexOf(name) : order.length);
   const names = [...found].sort((a, b) => rank(a) - rank(b) || a.localeCompare(b));
   const free = CATEGORIES.values();
-  const categories = names.map((name) => ({ name: name || 'no type', colour: known[name] ?? free.next().value ?? NOTHING }));
+  const categories = names.map((name) => ({
+    name: name || 'no type',
+    colour: known[name] ?? free.next().value ?? NOTHING,
+  }));
   const index = new Map(names.map((name, i) => [name, i]));
-  const [bySurface, byObject] = [model.surfaces.map((surface) => index.get(surface.type)), ofObject.map((kind) => index.get(kind) ?? -1)];
+  const [bySurface, byObject] = [
+    model.surfaces.map((surface) => index.get(surface.type)),
+    ofObject.map((kind) => index.get(kind) ?? -1),
+  ];
   return {
     key: 'semantics',
     name: 'Semantics',
@@ -71,7 +79,10 @@ function rmse(model) {
   const names = model.lods.map(RMSE);
   const of = (feature, lod) => (lod < 0 ? Number.NaN : numberOf(attribute(model, feature, names[lod])));
   const all = model.features.flatMap((feature) => model.lods.map((_, lod) => of(feature, lod))).filter(Number.isFinite);
-  const best = model.features.map((feature) => of(feature, feature.best)).filter(Number.isFinite).sort((a, b) => a - b);
+  const best = model.features
+    .map((feature) => of(feature, feature.best))
+    .filter(Number.isFinite)
+    .sort((a, b) => a - b);
   return {
     key: 'rmse',
     lacks: 'gable_rmse_lod22',
@@ -119,20 +130,31 @@ function categorical(values, preferred = []) {
   const counts = new Map();
   values.filter((value) => value !== undefined).forEach((value) => counts.set(value, (counts.get(value) ?? 0) + 1));
   const rank = (value) => (preferred.includes(value) ? preferred.indexOf(value) : preferred.length);
-  const order = [...counts.keys()].sort((a, b) => rank(a) - rank(b) || counts.get(b) - counts.get(a) || a.localeCompare(b));
+  const order = [...counts.keys()].sort(
+    (a, b) => rank(a) - rank(b) || counts.get(b) - counts.get(a) || a.localeCompare(b),
+  );
   const named = order.slice(0, order.length > CATEGORIES.length ? CATEGORIES.length - 1 : order.length);
   const categories = named.map((value, i) => ({ name: words(value), colour: CATEGORIES[i] }));
   if (named.length < order.length) {
     categories.push({ name: `${order.length - named.length} other values`, colour: CATEGORIES[CATEGORIES.length - 1] });
   }
   const index = new Map(named.map((value, i) => [value, i]));
-  return { categories, indices: values.map((value) => (value === undefined ? -1 : index.get(value) ?? named.length)) };
+  return {
+    categories,
+    indices: values.map((value) => (value === undefined ? -1 : (index.get(value) ?? named.length))),
+  };
 }
 
 function roofType(model) {
   const values = model.features.map((feature) => attribute(model, feature, ROOF_TYPE));
   const texts = values.map((value) => (typeof value === 'string' ? value : undefined));
-  const { categories, indices } = categorical(texts, ['flat', 'multiple-flat', 'slanted', 'horizontal', 'multiple horizontal']);
+  const { categories, indices } = categorical(texts, [
+    'flat',
+    'multiple-flat',
+    'slanted',
+    'horizontal',
+    'multiple horizontal',
+  ]);
   return {
     key: 'roof-type',
     lacks: 'gable_roof_type',
@@ -196,7 +218,10 @@ export function byAttribute(model, name) {
     const sorted = numbers.sort((a, b) => a - b);
     const [low, high] = [quantile(sorted, 0.02), quantile(sorted, 0.98)];
     const unit = model.head.attributes.find((known) => known.name === name)?.unit ?? '';
-    const range = low < high ? [low, high] : [sorted[0], sorted[sorted.length - 1] + (sorted[0] === sorted[sorted.length - 1] ? 1 : 0)];
+    const range =
+      low < high
+        ? [low, high]
+        : [sorted[0], sorted[sorted.length - 1] + (sorted[0] === sorted[sorted.length - 1] ? 1 : 0)];
     return { ...base, kind: 'ramp', ramp: RAMPS.plain, range, unit, of: (feature, lod, f) => numberOf(values[f]) };
   }
   const texts = values.map((value) => {
@@ -229,7 +254,10 @@ export function attributeNames(model) {
     const isText = [...values].some((value) => typeof value === 'string');
     return values.size > 1 && !(isText && values.size > 200);
   };
-  return [...found].filter(isUseful).map(([name]) => name).sort((a, b) => a.localeCompare(b));
+  return [...found]
+    .filter(isUseful)
+    .map(([name]) => name)
+    .sort((a, b) => a.localeCompare(b));
 }
 
 /** The colourings of a model, in the order of their number keys. */

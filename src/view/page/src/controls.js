@@ -73,7 +73,17 @@ export function makeLods(model, state, node, note) {
   const name = (lod) => (lod === -1 ? 'Best' : model.lods[lod] || 'no LoD');
   const title = (lod) => (lod === -1 ? 'The best level of detail of each building' : lodName(model.lods[lod]));
   const buttons = choices.map((lod) =>
-    element('button', { type: 'button', role: 'radio', title: title(lod), 'data-lod': lod === -1 ? 'best' : model.lods[lod], onclick: () => state.set({ lod }) }, name(lod)),
+    element(
+      'button',
+      {
+        type: 'button',
+        role: 'radio',
+        title: title(lod),
+        'data-lod': lod === -1 ? 'best' : model.lods[lod],
+        onclick: () => state.set({ lod }),
+      },
+      name(lod),
+    ),
   );
   refill(node, buttons);
   radio(node);
@@ -82,9 +92,16 @@ export function makeLods(model, state, node, note) {
       button.setAttribute('aria-checked', String(choices[i] === state.lod));
       button.tabIndex = choices[i] === state.lod ? 0 : -1;
     });
-    const lacking = model.features.filter((feature) => feature.isBuilding && model.lodOf(feature, state.lod) < 0).length;
+    const lacking = model.features.filter(
+      (feature) => feature.isBuilding && model.lodOf(feature, state.lod) < 0,
+    ).length;
     note.hidden = lacking === 0;
-    refill(note, state.lod === -1 ? `${counted(lacking, 'building')} without geometry.` : `${counted(lacking, 'building')} without ${lodName(model.lods[state.lod])}.`);
+    refill(
+      note,
+      state.lod === -1
+        ? `${counted(lacking, 'building')} without geometry.`
+        : `${counted(lacking, 'building')} without ${lodName(model.lods[state.lod])}.`,
+    );
   };
   state.listen((changed) => changed.has('lod') && mark());
   mark();
@@ -95,20 +112,54 @@ export function makeLods(model, state, node, note) {
 export function makePoints(model, state, node) {
   const { points } = model.head;
   if (!points || points.shown === 0) {
-    refill(node, element('p', { class: 'note' }, points ? 'The tiles have no point around the buildings.' : 'No points: gable view --points TILES shows them.'));
+    refill(
+      node,
+      element(
+        'p',
+        { class: 'note' },
+        points ? 'The tiles have no point around the buildings.' : 'No points: gable view --points TILES shows them.',
+      ),
+    );
     return;
   }
-  const count = points.shown < points.of ? `${whole(points.shown)} of ${whole(points.of)}, an even sample` : whole(points.shown);
-  const box = element('input', { type: 'checkbox', id: 'points', onchange: () => state.set({ arePointsShown: box.checked }) });
-  const select = element('select', { 'aria-label': 'Colour of the points', onchange: () => state.set({ pointColouring: select.value }) }, element('option', { value: 'class' }, 'by class'), element('option', { value: 'height' }, 'by height'));
+  const count =
+    points.shown < points.of ? `${whole(points.shown)} of ${whole(points.of)}, an even sample` : whole(points.shown);
+  const box = element('input', {
+    type: 'checkbox',
+    id: 'points',
+    onchange: () => state.set({ arePointsShown: box.checked }),
+  });
+  const select = element(
+    'select',
+    { 'aria-label': 'Colour of the points', onchange: () => state.set({ pointColouring: select.value }) },
+    element('option', { value: 'class' }, 'by class'),
+    element('option', { value: 'height' }, 'by height'),
+  );
   const legend = element('div', {});
-  refill(node, element('div', { class: 'row' }, element('label', {}, box, 'Points ', element('kbd', { 'aria-hidden': 'true' }, 'P')), select), element('p', { class: 'note' }, `${count} within 3 m of the buildings.`), legend);
+  refill(
+    node,
+    element(
+      'div',
+      { class: 'row' },
+      element('label', {}, box, 'Points ', element('kbd', { 'aria-hidden': 'true' }, 'P')),
+      select,
+    ),
+    element('p', { class: 'note' }, `${count} within 3 m of the buildings.`),
+    legend,
+  );
   const classes = [...new Set(model.classes)].sort((a, b) => a - b);
   const update = () => {
     box.checked = state.arePointsShown;
     select.value = state.pointColouring;
     const isByClass = state.arePointsShown && state.pointColouring === 'class';
-    const entry = (code) => element('div', { class: 'entry' }, element('i', { style: { background: CLASSES[code]?.[1] ?? NOTHING } }), element('span', {}, CLASSES[code]?.[0] ?? 'class'), element('b', {}, String(code)));
+    const entry = (code) =>
+      element(
+        'div',
+        { class: 'entry' },
+        element('i', { style: { background: CLASSES[code]?.[1] ?? NOTHING } }),
+        element('span', {}, CLASSES[code]?.[0] ?? 'class'),
+        element('b', {}, String(code)),
+      );
     refill(legend, isByClass ? element('div', { class: 'entries' }, classes.map(entry)) : null);
   };
   state.listen((changed) => (changed.has('arePointsShown') || changed.has('pointColouring')) && update());

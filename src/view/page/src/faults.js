@@ -32,12 +32,24 @@ export function collect(model) {
     });
     const own = feature.attributes;
     if (own.gable_success === false) {
-      const reached = own.gable_lod === undefined ? 'no geometry' : own.gable_lod === '0' ? 'footprint only' : `LoD ${own.gable_lod} only`;
+      const reached =
+        own.gable_lod === undefined
+          ? 'no geometry'
+          : own.gable_lod === '0'
+            ? 'footprint only'
+            : `LoD ${own.gable_lod} only`;
       const why = [words(own.gable_fallback_reason ?? ''), own.gable_fallback_detail].filter(Boolean).join(': ');
       entries.push({ kind: 'failed', f, title: feature.id, code: reached, what: why, face: -1 });
     }
     if (own.gable_field_fallback) {
-      entries.push({ kind: 'notes', f, title: feature.id, code: 'the vote decided', what: shown(own.gable_field_fallback), face: -1 });
+      entries.push({
+        kind: 'notes',
+        f,
+        title: feature.id,
+        code: 'the vote decided',
+        what: shown(own.gable_field_fallback),
+        face: -1,
+      });
     }
     (Array.isArray(own.gable_notes) ? own.gable_notes : []).forEach((note) => {
       entries.push({ kind: 'notes', f, title: feature.id, code: 'note', what: shown(note), face: -1 });
@@ -82,23 +94,44 @@ export class FaultList {
         this.current = -1;
         this.fill();
       };
-      return count > 0 && element('button', { class: 'kind', type: 'button', 'aria-pressed': String(this.chosen.has(kind)), onclick: act }, `${name} ${whole(count)}`);
+      return (
+        count > 0 &&
+        element(
+          'button',
+          { class: 'kind', type: 'button', 'aria-pressed': String(this.chosen.has(kind)), onclick: act },
+          `${name} ${whole(count)}`,
+        )
+      );
     }).filter(Boolean);
     if (kinds.length === 0) {
-      refill(this.node, element('p', { class: 'good' }, 'None: every object is valid, and every building got as far as was asked.'));
+      refill(
+        this.node,
+        element('p', { class: 'good' }, 'None: every object is valid, and every building got as far as was asked.'),
+      );
       return;
     }
     const entries = this.visible;
     this.items = entries.slice(0, MOST).map((entry, i) => this.item(entry, i));
     const rest = entries.length - this.items.length;
-    const more = rest > 0 ? element('p', { class: 'note' }, `${whole(rest)} more; gable validate --list has all`) : null;
+    const more =
+      rest > 0 ? element('p', { class: 'note' }, `${whole(rest)} more; gable validate --list has all`) : null;
     refill(this.node, element('div', { class: 'kinds' }, kinds), element('ul', { class: 'list' }, this.items), more);
   }
 
   item(entry, i) {
     const tone = KINDS.find(([kind]) => kind === entry.kind)[2];
-    const what = element('span', { class: 'what' }, element('span', { class: 'code' }, entry.code), entry.what ? ` – ${entry.what}` : '');
-    const button = element('button', { type: 'button', class: tone, onclick: () => this.choose(i) }, element('div', { class: 'id' }, entry.title), what);
+    const what = element(
+      'span',
+      { class: 'what' },
+      element('span', { class: 'code' }, entry.code),
+      entry.what ? ` – ${entry.what}` : '',
+    );
+    const button = element(
+      'button',
+      { type: 'button', class: tone, onclick: () => this.choose(i) },
+      element('div', { class: 'id' }, entry.title),
+      what,
+    );
     return element('li', {}, button);
   }
 

@@ -36,7 +36,10 @@ export function shown(value) {
 }
 
 /** A keyword or attribute name as words: `too-few-points` and `gable_roof_type` as `too few points` and `roof type`. */
-export const words = (name) => String(name).replace(/^gable_/, '').replace(/[_-]+/g, ' ');
+export const words = (name) =>
+  String(name)
+    .replace(/^gable_/, '')
+    .replace(/[_-]+/g, ' ');
 
 /** A duration in seconds. */
 export function duration(seconds) {

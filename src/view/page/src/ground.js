@@ -17,7 +17,12 @@ export function groundMesh(model) {
   model.features.forEach((feature, f) => {
     if (feature.hasShape) {
       const box = model.boxes.subarray(f * 6, f * 6 + 6);
-      bases.push([(box[0] + box[3]) / 2, (box[1] + box[4]) / 2, box[2], Math.hypot(box[3] - box[0], box[4] - box[1]) / 2]);
+      bases.push([
+        (box[0] + box[3]) / 2,
+        (box[1] + box[4]) / 2,
+        box[2],
+        Math.hypot(box[3] - box[0], box[4] - box[1]) / 2,
+      ]);
     }
   });
   if (hasOwn || bases.length === 0) {
@@ -64,7 +69,10 @@ class Ground {
     // Ground and shadow in one pass: each pixel of it costs twice on a slow machine otherwise.
     this.material.onBeforeCompile = (shader) => {
       shader.uniforms.ground = this.colour;
-      shader.vertexShader = `attribute float fade;\nvarying float vFade;\n${shader.vertexShader}`.replace('#include <begin_vertex>', '#include <begin_vertex>\nvFade = fade;');
+      shader.vertexShader = `attribute float fade;\nvarying float vFade;\n${shader.vertexShader}`.replace(
+        '#include <begin_vertex>',
+        '#include <begin_vertex>\nvFade = fade;',
+      );
       shader.fragmentShader = `uniform vec3 ground;\nvarying float vFade;\n${shader.fragmentShader}`.replace(
         /gl_FragColor = vec4\([^;]*getShadowMask[^;]*;/,
         'gl_FragColor = vec4( mix( ground, color, opacity * ( 1.0 - getShadowMask() ) ), vFade );',

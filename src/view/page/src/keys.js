@@ -26,8 +26,16 @@ export function fillHelp(dialog) {
     dialog,
     element('h2', { id: 'keys-title' }, 'Mouse, touch and keys'),
     element('dl', {}, rows),
-    element('p', {}, 'Lines of the summary, entries of the legend and bars of the histogram filter: click again to take the filter away.'),
-    element('p', {}, 'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model.'),
+    element(
+      'p',
+      {},
+      'Lines of the summary, entries of the legend and bars of the histogram filter: click again to take the filter away.',
+    ),
+    element(
+      'p',
+      {},
+      'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model.',
+    ),
     element('form', { method: 'dialog' }, element('button', {}, 'Close')),
   );
 }

@@ -10,18 +10,24 @@ const [WIDTH, HEIGHT, FOOT] = [286, 64, 16];
 
 /** Fills the legend of the colouring that is chosen. */
 export function showLegend(model, state, node) {
-  const { colouring, lod } = state;
-  if (colouring.key === 'semantics' || (colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature)) {
+  const { colouring } = state;
+  if (
+    colouring.key === 'semantics' ||
+    (colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature)
+  ) {
     refill(node, faceLegend(model, state));
   } else if (colouring.kind === 'categories') {
     refill(node, featureLegend(model, state));
   } else {
     refill(node, histogram(model, state));
   }
-  return lod;
 }
 
-const entryOf = (colour, name, count) => [element('i', { style: { background: colour } }), element('span', { title: name }, name), element('b', {}, count)];
+const entryOf = (colour, name, count) => [
+  element('i', { style: { background: colour } }),
+  element('span', { title: name }, name),
+  element('b', {}, count),
+];
 
 /** Faces have no filter: a building is shown as a whole. */
 function faceLegend(model, { colouring, lod }) {
@@ -35,7 +41,9 @@ function faceLegend(model, { colouring, lod }) {
   const entries = colouring.categories.map(({ name, colour }, i) => [colour, name, counts.get(i)]);
   entries.push([NOTHING, colouring.nothing, counts.get(-1)]);
   const shownEntries = entries.filter(([, , count]) => count > 0);
-  const rows = shownEntries.map(([colour, name, count]) => element('div', { class: 'entry' }, entryOf(colour, name, whole(count))));
+  const rows = shownEntries.map(([colour, name, count]) =>
+    element('div', { class: 'entry' }, entryOf(colour, name, whole(count))),
+  );
   return [element('div', { class: 'entries' }, rows), element('p', { class: 'note' }, 'Numbers of faces.')];
 }
 
@@ -53,7 +61,11 @@ function featureLegend(model, state) {
       }
       const filter = `${colouring.key}: ${name}`;
       const act = () => state.toggleFilter(filter, (f) => of[f] === value);
-      return pressed(state, filter, element('button', { class: 'entry', type: 'button', onclick: act }, entryOf(colour, name, whole(count(value)))));
+      return pressed(
+        state,
+        filter,
+        element('button', { class: 'entry', type: 'button', onclick: act }, entryOf(colour, name, whole(count(value)))),
+      );
     });
   return element('div', { class: 'entries' }, rows);
 }
@@ -88,7 +100,8 @@ function histogram(model, state) {
     const range = beyond ? `${text(from)}${unit} and more` : `${text(from)} to ${text(to)}${unit}`;
     const filter = `${colouring.key}: ${range}`;
     const height = count === 0 ? 0 : Math.max(2, (count / most) * HEIGHT);
-    const act = () => count > 0 && state.toggleFilter(filter, (f) => Number.isFinite(values[f]) && barOf(values[f]) === i);
+    const act = () =>
+      count > 0 && state.toggleFilter(filter, (f) => Number.isFinite(values[f]) && barOf(values[f]) === i);
     const onkeydown = (event) => {
       if (event.key === 'Enter' || event.key === ' ') {
         event.preventDefault();
@@ -97,10 +110,26 @@ function histogram(model, state) {
     };
     const bar = svg(
       'g',
-      { class: 'bar', role: 'button', tabindex: count > 0 ? 0 : -1, 'aria-label': `${range}: ${count}`, 'data-count': count, onclick: act, onkeydown },
+      {
+        class: 'bar',
+        role: 'button',
+        tabindex: count > 0 ? 0 : -1,
+        'aria-label': `${range}: ${count}`,
+        'data-count': count,
+        onclick: act,
+        onkeydown,
+      },
       svg('title', {}, `${range}: ${count}`),
       svg('rect', { class: 'hit', x: i * step, y: 0, width: step, height: HEIGHT }),
-      svg('rect', { class: 'fill', x: i * step + 0.75, y: HEIGHT - height, width: step - 1.5, height, rx: 1.5, fill: colouring.ramp((i + 0.5) / BARS) }),
+      svg('rect', {
+        class: 'fill',
+        x: i * step + 0.75,
+        y: HEIGHT - height,
+        width: step - 1.5,
+        height,
+        rx: 1.5,
+        fill: colouring.ramp((i + 0.5) / BARS),
+      }),
     );
     return pressed(state, filter, bar);
   });
@@ -109,13 +138,25 @@ function histogram(model, state) {
   const below = known[0] < low ? `≤ ${text(low)}` : text(low);
   const picture = svg(
     'svg',
-    { class: 'histogram', viewBox: `0 0 ${WIDTH} ${HEIGHT + FOOT}`, role: 'group', 'aria-label': `Histogram of ${colouring.name}` },
+    {
+      class: 'histogram',
+      viewBox: `0 0 ${WIDTH} ${HEIGHT + FOOT}`,
+      role: 'group',
+      'aria-label': `Histogram of ${colouring.name}`,
+    },
     drawn,
     svg('path', { class: 'axis', d: `M0 ${HEIGHT + 0.5}H${WIDTH}` }),
     [label(0, 'start', below), label(WIDTH / 2, 'middle', text((low + high) / 2)), label(WIDTH, 'end', above)],
   );
   const at = (share) => `${decimal(known[Math.min(known.length - 1, Math.floor(share * known.length))], 3)}${unit}`;
-  const figures = [['median', 0.5], ['90 %', 0.9], ['max', 1]].map(([name, share]) => element('span', {}, `${name} `, element('b', {}, at(share))));
-  const note = missing > 0 ? element('p', { class: 'note' }, element('i', {}), `${whole(missing)} without a value, in grey.`) : null;
+  const figures = [
+    ['median', 0.5],
+    ['90 %', 0.9],
+    ['max', 1],
+  ].map(([name, share]) => element('span', {}, `${name} `, element('b', {}, at(share))));
+  const note =
+    missing > 0
+      ? element('p', { class: 'note' }, element('i', {}), `${whole(missing)} without a value, in grey.`)
+      : null;
   return [picture, element('div', { class: 'figures' }, figures), note];
 }

@@ -26,14 +26,18 @@ function paintOf(model, state) {
   const { colouring, lod } = state;
   const ghost = GHOST[state.theme];
   const isRamp = colouring.kind === 'ramp';
-  const own = isRamp ? Array.from({ length: STEPS }, (_, i) => colouring.ramp(i / (STEPS - 1))) : colouring.categories.map(({ colour }) => colour);
+  const own = isRamp
+    ? Array.from({ length: STEPS }, (_, i) => colouring.ramp(i / (STEPS - 1)))
+    : colouring.categories.map(({ colour }) => colour);
   const [nothing, out] = [own.length, own.length + 1];
   const [low, high] = colouring.range ?? [0, 1];
   const indexOf = (value) => {
     if (!isRamp) {
       return value >= 0 ? value : nothing;
     }
-    return Number.isFinite(value) ? Math.round(Math.min(Math.max((value - low) / (high - low), 0), 1) * (STEPS - 1)) : nothing;
+    return Number.isFinite(value)
+      ? Math.round(Math.min(Math.max((value - low) / (high - low), 0), 1) * (STEPS - 1))
+      : nothing;
   };
   const isOut = model.features.map((_, f) => !state.isIn(f));
   // A building is of one colour at one level of detail.
@@ -78,10 +82,16 @@ function makeTheme(state, button, asked) {
 function fromAddress(model, all) {
   const asked = new URLSearchParams(window.location.hash.slice(1));
   const colour = asked.get('colour');
-  const colouring = all.find(({ key, reason }) => key === colour && reason === null) ?? (attributeNames(model).includes(colour) ? byAttribute(model, colour) : null);
+  const colouring =
+    all.find(({ key, reason }) => key === colour && reason === null) ??
+    (attributeNames(model).includes(colour) ? byAttribute(model, colour) : null);
   const lod = asked.get('lod') === null ? -1 : model.lods.indexOf(asked.get('lod'));
   return {
-    changes: { lod, arePointsShown: asked.get('points') === 'on' && model.classes.length > 0, ...(colouring && { colouring }) },
+    changes: {
+      lod,
+      arePointsShown: asked.get('points') === 'on' && model.classes.length > 0,
+      ...(colouring && { colouring }),
+    },
     theme: ['dark', 'light'].includes(asked.get('theme')) ? asked.get('theme') : null,
     feature: model.byId.get(asked.get('id')) ?? -1,
     isSideClosed: asked.get('side') === 'closed',
@@ -132,8 +142,19 @@ async function start() {
     flyTo(f);
   };
   const panel = new Panel(model, state, byId('panel'), { flyTo, close: () => select(-1) });
-  showSummary(model, state, { title: byId('title'), subtitle: byId('subtitle'), summary: byId('summary'), run: byId('run'), runSection: byId('run-section') });
-  makeColourings(model, state, all, { node: byId('colourings'), select: byId('attribute'), row: byId('attribute-row'), reason: byId('reason') });
+  showSummary(model, state, {
+    title: byId('title'),
+    subtitle: byId('subtitle'),
+    summary: byId('summary'),
+    run: byId('run'),
+    runSection: byId('run-section'),
+  });
+  makeColourings(model, state, all, {
+    node: byId('colourings'),
+    select: byId('attribute'),
+    row: byId('attribute-row'),
+    reason: byId('reason'),
+  });
   const lods = makeLods(model, state, byId('lods'), byId('lod-note'));
   makePoints(model, state, byId('points-controls'));
   const faults = new FaultList(model, byId('faults'), go);
@@ -147,7 +168,9 @@ async function start() {
   const mark = () => {
     const { selection, lod } = state;
     const feature = selection && model.features[selection.feature];
-    const runs = feature ? model.runs.slice(feature.firstRun, feature.endRun).filter((run) => model.isShown(run, lod)) : [];
+    const runs = feature
+      ? model.runs.slice(feature.firstRun, feature.endRun).filter((run) => model.isShown(run, lod))
+      : [];
     const isFaceShown = selection && runs.some((run) => run.start <= selection.face && selection.face < run.end);
     view.mark(runs, isFaceShown ? selection.face : -1);
     panel.show();
@@ -190,9 +213,10 @@ async function start() {
       canvas.classList.toggle('over', hit !== null);
       tip.hidden = hit === null;
       if (hit) {
-        const value = state.colouring.scope === 'face' && state.colouring.kind === 'categories' && !state.colouring.ofFeature
-          ? (state.colouring.categories[state.colouring.of(hit.face)]?.name ?? state.colouring.nothing)
-          : `${state.colouring.name}: ${valueText(state.colouring, model, hit.feature, state.lod) || '–'}`;
+        const value =
+          state.colouring.scope === 'face' && state.colouring.kind === 'categories' && !state.colouring.ofFeature
+            ? (state.colouring.categories[state.colouring.of(hit.face)]?.name ?? state.colouring.nothing)
+            : `${state.colouring.name}: ${valueText(state.colouring, model, hit.feature, state.lod) || '–'}`;
         refill(tip, model.features[hit.feature].id, element('span', {}, value));
         const box = canvas.getBoundingClientRect();
         const x = Math.min(event.clientX - box.left + 14, box.width - tip.offsetWidth - 8);
@@ -255,7 +279,16 @@ async function start() {
   requestAnimationFrame(() => {
     byId('loading').hidden = true;
     // For the console and for tests: what is shown, and how to ask for more.
-    window.gable = { model, state, view, camera, pointer, colourings: all, valueOf, loadMilliseconds: performance.now() - started };
+    window.gable = {
+      model,
+      state,
+      view,
+      camera,
+      pointer,
+      colourings: all,
+      valueOf,
+      loadMilliseconds: performance.now() - started,
+    };
     document.documentElement.dataset.ready = 'true';
   });
 }
@@ -265,6 +298,11 @@ start().catch((error) => {
   node.hidden = false;
   node.classList.add('failed');
   const isGraphics = /webgl/i.test(String(error));
-  refill(node, isGraphics ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.' : `The model cannot be shown: ${error.message}`);
+  refill(
+    node,
+    isGraphics
+      ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.'
+      : `The model cannot be shown: ${error.message}`,
+  );
   console.error(error);
 });

@@ -35,7 +35,10 @@ export class Model {
     const faces = head.features.reduce((sum, feature) => sum + feature.faces, 0);
     const corners = columns.corners.count();
     const triangles = (columns.triangles.count() - faces) / 3;
-    const places = readPlaces(columns.vertices, head.features.reduce((sum, feature) => sum + feature.vertices, 0));
+    const places = readPlaces(
+      columns.vertices,
+      head.features.reduce((sum, feature) => sum + feature.vertices, 0),
+    );
     this.centre = middle(places);
     this.positions = new Float32Array(corners * 3);
     this.triangles = new Uint32Array(triangles * 3);
@@ -143,7 +146,7 @@ export class Model {
     this.runs = [];
     this.features.forEach((feature) => {
       feature.firstRun = this.runs.length;
-      for (let face = feature.firstFace; face < feature.endFace; ) {
+      for (let face = feature.firstFace; face < feature.endFace;) {
         const [object, lod, start] = [this.faceObject[face], this.faceLod[face], face];
         while (face < feature.endFace && this.faceObject[face] === object && this.faceLod[face] === lod) {
           face += 1;
@@ -176,7 +179,11 @@ export class Model {
 
   /** The level of detail that a feature is shown at, -1 when it has none there. */
   lodOf(feature, lod) {
-    return lod === -1 ? feature.best : this.runs.slice(feature.firstRun, feature.endRun).some((run) => run.lod === lod) ? lod : -1;
+    return lod === -1
+      ? feature.best
+      : this.runs.slice(feature.firstRun, feature.endRun).some((run) => run.lod === lod)
+        ? lod
+        : -1;
   }
 
   /** The semantic surface of a face. */
@@ -217,7 +224,10 @@ function readPlaces(reader, count) {
 
 /** The middle of the box of places, in whole steps. */
 function middle(places) {
-  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  const [low, high] = [
+    [Infinity, Infinity, Infinity],
+    [-Infinity, -Infinity, -Infinity],
+  ];
   for (let i = 0; i < places.length; i += 1) {
     low[i % 3] = Math.min(low[i % 3], places[i]);
     high[i % 3] = Math.max(high[i % 3], places[i]);

@@ -43,7 +43,16 @@ export const GHOST = { light: '#dcdfe3', dark: '#33383f' };
 
 /** Values without an order. Distinct for people with any colour vision (after Okabe and Ito 2008). */
 export const CATEGORIES = [
-  '#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#7f6fc4', '#9b8b00', '#7a4a2a', '#4d5a66',
+  '#0072b2',
+  '#e69f00',
+  '#009e73',
+  '#cc79a7',
+  '#56b4e9',
+  '#d55e00',
+  '#7f6fc4',
+  '#9b8b00',
+  '#7a4a2a',
+  '#4d5a66',
 ];
 
 /** Steps of the ladder, from the best to the last. */

@@ -34,10 +34,23 @@ export class Panel {
         'div',
         { class: 'head' },
         element('h2', { id: 'selected-id' }, feature.id),
-        element('button', { class: 'close', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: this.close }, '×'),
+        element(
+          'button',
+          { class: 'close', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: this.close },
+          '×',
+        ),
       ),
-      element('p', { class: 'kind-of' }, `${feature.kind}${feature.best >= 0 ? `, up to ${lodName(this.model.lods[feature.best])}` : ', without geometry'}`),
-      element('div', { class: 'actions' }, element('button', { type: 'button', onclick: () => this.flyTo(selection.feature) }, 'Fly to it'), copy),
+      element(
+        'p',
+        { class: 'kind-of' },
+        `${feature.kind}${feature.best >= 0 ? `, up to ${lodName(this.model.lods[feature.best])}` : ', without geometry'}`,
+      ),
+      element(
+        'div',
+        { class: 'actions' },
+        element('button', { type: 'button', onclick: () => this.flyTo(selection.feature) }, 'Fly to it'),
+        copy,
+      ),
     );
   }
 
@@ -58,7 +71,11 @@ export class Panel {
     }
     const rows = byCode(feature).map(({ fault, count }) => {
       const more = count > 1 ? element('span', { class: 'note' }, ` and ${count - 1} more`) : null;
-      return element('p', { class: fault.about_labels ? 'fault label' : 'fault' }, [element('b', {}, `${fault.code} ${fault.name}`), ` ${fault.info}`, more]);
+      return element('p', { class: fault.about_labels ? 'fault label' : 'fault' }, [
+        element('b', {}, `${fault.code} ${fault.name}`),
+        ` ${fault.info}`,
+        more,
+      ]);
     });
     return section('Faults', null, rows);
   }
@@ -70,8 +87,15 @@ export class Panel {
     const surface = this.model.surfaceOf(face);
     const rows = this.rows({ ...(surface?.attributes ?? {}) });
     rows.push(element('dt', {}, 'area of the face'), element('dd', {}, `${decimal(this.model.area(face), 2)} m²`));
-    rows.push(element('dt', {}, 'level of detail'), element('dd', {}, this.model.lods[this.model.faceLod[face]] || '–'));
-    return section(surface?.type || 'No label', LABELS[surface?.type] ?? NOTHING, element('dl', { id: 'surface' }, rows));
+    rows.push(
+      element('dt', {}, 'level of detail'),
+      element('dd', {}, this.model.lods[this.model.faceLod[face]] || '–'),
+    );
+    return section(
+      surface?.type || 'No label',
+      LABELS[surface?.type] ?? NOTHING,
+      element('dl', { id: 'surface' }, rows),
+    );
   }
 
   part(feature, face) {
@@ -94,7 +118,9 @@ export class Panel {
     const list = (rows) => element('dl', {}, rows);
     return [
       Object.keys(ours).length > 0 ? section(`${kind}, by gable`, null, list(this.rows(ours))) : null,
-      Object.keys(others).length > 0 ? section(`${kind}${Object.keys(ours).length > 0 ? ', from the source' : ''}`, null, list(this.rows(others))) : null,
+      Object.keys(others).length > 0
+        ? section(`${kind}${Object.keys(ours).length > 0 ? ', from the source' : ''}`, null, list(this.rows(others)))
+        : null,
     ];
   }
 
@@ -111,7 +137,12 @@ export class Panel {
       row('cells', String(feature.run.cells));
     }
     (feature.run.setbacks ?? []).forEach((setback) => {
-      row(words(setback.step ?? 'setback'), [words(setback.reason ?? ''), setback.detail, shown(setback.codes ?? [])].filter((text) => text && text !== 'none').join(': '));
+      row(
+        words(setback.step ?? 'setback'),
+        [words(setback.reason ?? ''), setback.detail, shown(setback.codes ?? [])]
+          .filter((text) => text && text !== 'none')
+          .join(': '),
+      );
     });
     return rows.length > 0 ? section('The run', null, element('dl', {}, rows)) : null;
   }
@@ -119,7 +150,7 @@ export class Panel {
   rows(attributes) {
     return Object.entries(attributes).flatMap(([name, value]) => {
       const known = this.meanings.get(name);
-      const unit = known?.unit === 'CRS' ? '' : known?.unit ?? '';
+      const unit = known?.unit === 'CRS' ? '' : (known?.unit ?? '');
       const text = `${shown(value)}${unit && typeof value === 'number' ? ` ${unit}` : ''}`;
       return [element('dt', { title: known?.meaning }, known ? words(name) : name), element('dd', {}, text)];
     });

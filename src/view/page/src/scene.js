@@ -71,7 +71,12 @@ export class View {
     this.solid.setAttribute('color', this.colour);
     this.solid.setIndex(new BufferAttribute(new Uint32Array(model.triangles.length), 1));
     const material = new MeshLambertMaterial({ vertexColors: true, flatShading: true, side: DoubleSide });
-    Object.assign(material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, shadowSide: DoubleSide });
+    Object.assign(material, {
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+      shadowSide: DoubleSide,
+    });
     this.faces = new Mesh(this.solid, material);
     Object.assign(this.faces, { frustumCulled: false, castShadow: true, receiveShadow: true });
     this.lines = this.overlayLines(new Uint32Array(model.edges.length), { transparent: true, opacity: 0.6 });
@@ -195,7 +200,10 @@ export class View {
     for (let i = 0; i < this.model.classes.length; i += 1) {
       const hex = of(i);
       if (!known.has(hex)) {
-        known.set(hex, toLinear(hex).map((share) => Math.round(share * 65535)));
+        known.set(
+          hex,
+          toLinear(hex).map((share) => Math.round(share * 65535)),
+        );
       }
       this.pointColour.array.set(known.get(hex), i * 3);
     }

@@ -15,7 +15,16 @@ export function makeSearch(model, input, list, choose) {
     input.setAttribute('aria-expanded', String(open));
     list.hidden = !open;
     const items = found.map((id, i) =>
-      element('li', { id: `found-${i}`, role: 'option', 'aria-selected': String(i === active), onmousedown: (event) => (event.preventDefault(), take(i)) }, id),
+      element(
+        'li',
+        {
+          id: `found-${i}`,
+          role: 'option',
+          'aria-selected': String(i === active),
+          onmousedown: (event) => (event.preventDefault(), take(i)),
+        },
+        id,
+      ),
     );
     refill(list, items.length > 0 ? items : element('li', { class: 'none' }, 'No building has such an id'));
     input.setAttribute('aria-activedescendant', open && items.length > 0 ? `found-${active}` : '');

@@ -16,18 +16,47 @@ export function showSummary(model, state, nodes) {
   for (let lod = model.lods.length - 1; lod >= 0; lod -= 1) {
     const isFootprint = /^0/.test(model.lods[lod]);
     const name = isFootprint ? `footprint only (LoD ${model.lods[lod]})` : lodName(model.lods[lod]);
-    line(name, buildings.filter((f) => model.features[f].best === lod));
+    line(
+      name,
+      buildings.filter((f) => model.features[f].best === lod),
+    );
   }
-  line('without geometry', buildings.filter((f) => model.features[f].best < 0), true);
-  line('invalid', model.features.flatMap((feature, f) => (feature.isInvalid ? [f] : [])), true);
-  line('other objects', model.features.flatMap((feature, f) => (feature.isBuilding ? [] : [f])));
-  const total = element('p', { class: 'total' }, element('b', { id: 'building-count' }, whole(buildings.length)), element('span', {}, buildings.length === 1 ? 'building' : 'buildings'));
+  line(
+    'without geometry',
+    buildings.filter((f) => model.features[f].best < 0),
+    true,
+  );
+  line(
+    'invalid',
+    model.features.flatMap((feature, f) => (feature.isInvalid ? [f] : [])),
+    true,
+  );
+  line(
+    'other objects',
+    model.features.flatMap((feature, f) => (feature.isBuilding ? [] : [f])),
+  );
+  const total = element(
+    'p',
+    { class: 'total' },
+    element('b', { id: 'building-count' }, whole(buildings.length)),
+    element('span', {}, buildings.length === 1 ? 'building' : 'buildings'),
+  );
   const chips = lines.map(({ name, members, isBad }) => {
     const share = (100 * members.size) / Math.max(model.features.length, 1);
-    const bar = element('span', { class: 'share', 'aria-hidden': 'true' }, element('i', { style: { width: `${share}%` } }));
+    const bar = element(
+      'span',
+      { class: 'share', 'aria-hidden': 'true' },
+      element('i', { style: { width: `${share}%` } }),
+    );
     const label = element('span', { class: isBad ? 'bad' : undefined }, name);
     const act = () => state.toggleFilter(name, (f) => members.has(f));
-    return element('button', { class: 'chip', type: 'button', 'aria-pressed': 'false', 'data-filter': name, onclick: act }, label, element('span', {}, whole(members.size)), bar);
+    return element(
+      'button',
+      { class: 'chip', type: 'button', 'aria-pressed': 'false', 'data-filter': name, onclick: act },
+      label,
+      element('span', {}, whole(members.size)),
+      bar,
+    );
   });
   refill(nodes.summary, total, element('div', { class: 'chips' }, chips));
   state.listen((changed) => {
@@ -35,7 +64,11 @@ export function showSummary(model, state, nodes) {
       chips.forEach((chip) => chip.setAttribute('aria-pressed', String(chip.dataset.filter === state.filter?.name)));
     }
   });
-  const about = [model.head.format, model.head.crs ?? 'no CRS: lengths are taken for metres', counted(model.triangles.length / 3, 'triangle')];
+  const about = [
+    model.head.format,
+    model.head.crs ?? 'no CRS: lengths are taken for metres',
+    counted(model.triangles.length / 3, 'triangle'),
+  ];
   if (others > 0) {
     about.push(counted(others, 'other object'));
   }
@@ -51,10 +84,21 @@ function showRun(run, nodes) {
   }
   nodes.runSection.hidden = false;
   const rows = [];
-  const row = (name, value) => value !== undefined && value !== null && rows.push(element('dt', {}, name), element('dd', {}, value));
+  const row = (name, value) =>
+    value !== undefined && value !== null && rows.push(element('dt', {}, name), element('dd', {}, value));
   row('gable', run.gable);
-  row('started', String(run.started ?? '').replace('T', ' ').replace('Z', ' UTC'));
-  row('took', Number.isFinite(run.wall_seconds) ? `${duration(run.wall_seconds)} on ${counted(run.threads ?? 1, 'thread')}` : undefined);
+  row(
+    'started',
+    String(run.started ?? '')
+      .replace('T', ' ')
+      .replace('Z', ' UTC'),
+  );
+  row(
+    'took',
+    Number.isFinite(run.wall_seconds)
+      ? `${duration(run.wall_seconds)} on ${counted(run.threads ?? 1, 'thread')}`
+      : undefined,
+  );
   row('memory', Number.isFinite(run.peak_memory_bytes) ? `${Math.round(run.peak_memory_bytes / 1e6)} MB` : undefined);
   row('field', run.field?.field);
   row('interrupted', run.interrupted ? 'yes' : undefined);
@@ -63,7 +107,9 @@ function showRun(run, nodes) {
   for (const [name, count] of Object.entries(run.counts?.fallbacks ?? {})) {
     row(words(name), whole(count));
   }
-  const told = [...(run.warnings ?? []), ...(run.tile_problems ?? [])].map((text) => element('p', { class: 'note' }, shown(text)));
+  const told = [...(run.warnings ?? []), ...(run.tile_problems ?? [])].map((text) =>
+    element('p', { class: 'note' }, shown(text)),
+  );
   const command = Array.isArray(run.command) ? element('p', { class: 'note' }, run.command.join(' ')) : null;
   refill(nodes.run, element('dl', {}, rows), told, command);
 }
