@@ -8,16 +8,14 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test platforms loop setup lint doc bench picture
+.PHONY: quickstart test platforms loop setup lint doc bench picture page
 
 quickstart: setup
 	cargo build --release --locked
 	mkdir -p out
-	cargo run --release --locked --quiet -- reconstruct $(DATA)/delft_ahn3.laz --footprints $(DATA)/footprints.geojson -o $(MODEL) --overwrite
+	cargo run --release --locked --quiet -- reconstruct $(DATA)/delft_ahn3.laz --footprints $(DATA)/footprints.geojson -o $(MODEL) --overwrite --view
 	@echo
-	@echo "The city model is $(MODEL), in EPSG:7415. Look at it:"
-	@echo "  https://ninja.cityjson.org      in the browser: drop the file on the page"
-	@echo "  make picture                    as a picture: out/delft.png"
+	@echo "The city model is $(MODEL), in EPSG:7415. To look at it, open out/delft.html in a browser."
 
 # The tests use the profile of the quick start, so that the heavy libraries are built once.
 test: setup
@@ -33,6 +31,7 @@ loop: setup
 
 lint: setup
 	cargo fmt --check
+	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
 
 doc: setup
@@ -41,8 +40,13 @@ doc: setup
 bench: setup
 	cargo bench --locked
 
+# The picture of the README: the page of the quick start in a headless Chromium.
 picture: $(MODEL)
-	cargo run --release --locked --quiet --example render -- $(MODEL) -o out/delft.png --size 1400
+	sh scripts/picture.sh
+
+# The page of gable view from its sources, by npm: after a change in src/view/page.
+page:
+	sh scripts/page.sh
 
 $(MODEL):
 	$(MAKE) quickstart

@@ -23,8 +23,9 @@
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
+//! - [`view`] makes a page to look at a city model in.
 //!
-//! A lower floor never imports a higher one: `cli → {pipeline, trial} → {convert, run, simulate} → {source, segment, sink,
+//! A lower floor never imports a higher one: `cli → {pipeline, trial, view} → {convert, run, simulate} → {source, segment, sink,
 //! network} → reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
@@ -47,6 +48,7 @@ pub mod solid;
 pub mod source;
 pub mod trial;
 pub mod validate;
+pub mod view;
 
 /// Its example is compiled by the documentation tests.
 #[cfg(doctest)]

@@ -22,6 +22,7 @@ mod stages;
 mod summary;
 mod trial;
 mod validate;
+mod view;
 
 use std::process::ExitCode;
 
@@ -48,6 +49,8 @@ Examples:
   For a web map, for QGIS:
     gable convert city.city.json -o city.3dtiles
     gable convert city.city.json -o city.gpkg
+  What does it look like, and where is it at fault?
+    gable view city.city.json --points tiles/*.laz
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -88,6 +91,8 @@ enum Command {
     Convert(convert::Args),
     /// Join the city models of several tiles into one
     Merge(convert::MergeArgs),
+    /// Write a page to look at a city model in: one HTML file, with the points and the faults
+    View(view::Args),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
 }
@@ -112,6 +117,7 @@ pub fn main() -> ExitCode {
         Command::Validate(args) => validate::main(&args),
         Command::Convert(args) => convert::main(args),
         Command::Merge(args) => convert::merge(args),
+        Command::View(args) => view::main(&args),
         Command::Simulate(args) => simulate::main(&args),
     };
     match outcome {

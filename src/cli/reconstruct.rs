@@ -7,7 +7,7 @@ use super::field::FieldArgs;
 use super::flags::Flags;
 use super::output::print;
 use super::progress::{Progress, Verbosity};
-use super::{Outcome, interrupt, summary};
+use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
@@ -27,6 +27,8 @@ Examples:
       --building-class any -o out/
   A single object without a footprint:
     gable reconstruct church.laz --no-footprint -o church.city.json
+  And a page to look at it in: city.html
+    gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
 
 The output:
   The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
@@ -73,6 +75,10 @@ pub struct Args {
     /// Where the report goes [default: OUT.report.json]
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+
+    /// Write a page to look at the model in, next to it: OUT.html
+    #[arg(long)]
+    view: bool,
 
     /// CRS of the tiles, such as EPSG:7415; goes before what they say
     #[arg(long, value_name = "CRS")]
@@ -143,9 +149,17 @@ pub fn main(args: Args) -> Outcome {
         (false, false) => Verbosity::Normal,
     };
     interrupt::listen();
-    let report = run(&args.into_job()?, &Progress::new(verbosity))?;
+    let with_page = args.view;
+    let job = args.into_job()?;
+    if with_page {
+        view::prepare_for(&job)?;
+    }
+    let report = run(&job, &Progress::new(verbosity))?;
     if verbosity > Verbosity::Quiet {
         print(&summary::summary(&report))?;
+    }
+    if with_page {
+        view::of_run(&report, &job, verbosity)?;
     }
     Ok(report.exit_code)
 }

@@ -21,3 +21,4 @@ mod resume;
 mod simulate;
 mod trial;
 mod validate;
+mod view;

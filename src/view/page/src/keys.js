@@ -1,0 +1,62 @@
+// The keyboard, and the help that tells of it.
+
+import { element, refill } from './dom.js';
+
+const HELP = [
+  ['drag', 'turn'],
+  ['right drag, two fingers', 'move'],
+  ['wheel, pinch', 'come nearer, towards the pointer'],
+  ['click', 'attributes of a building and of the face; double click flies to it'],
+  ['arrow keys', 'move; with Shift turn'],
+  ['+  −', 'nearer, farther'],
+  ['1 – 6', 'colour by semantics, RMSE, confidence, roof type, ladder step, validity'],
+  ['F   O', 'show all; from above'],
+  ['L', 'next level of detail'],
+  ['P', 'points'],
+  ['N   B', 'next, previous fault or failure'],
+  ['/', 'find an id'],
+  ['D   M', 'dark or light; panel'],
+  ['Esc', 'close, select nothing, take the filter away'],
+];
+
+/** Fills the dialog of the help. */
+export function fillHelp(dialog) {
+  const rows = HELP.flatMap(([keys, what]) => [element('dt', {}, element('kbd', {}, keys)), element('dd', {}, what)]);
+  refill(
+    dialog,
+    element('h2', { id: 'keys-title' }, 'Mouse, touch and keys'),
+    element('dl', {}, rows),
+    element(
+      'p',
+      {},
+      'Lines of the summary, entries of the legend and bars of the histogram filter: click again to take the filter away.',
+    ),
+    element(
+      'p',
+      {},
+      'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model.',
+    ),
+    element('form', { method: 'dialog' }, element('button', {}, 'Close')),
+  );
+}
+
+/** Calls the action of a key, unless it is being typed into something. */
+export function listen(actions) {
+  window.addEventListener('keydown', (event) => {
+    const isTyping = event.target.closest?.('input, select, textarea, dialog[open]');
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) {
+      return;
+    }
+    // Enter and arrows belong to a control that has the focus.
+    const isControl = event.target.closest?.('button, summary, [role=button]') !== null;
+    if (isControl && ['Enter', ' '].includes(event.key)) {
+      return;
+    }
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const action = actions[event.shiftKey && key.startsWith('Arrow') ? `Shift+${key}` : key];
+    if (action) {
+      event.preventDefault();
+      action();
+    }
+  });
+}
