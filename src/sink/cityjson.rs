@@ -84,6 +84,6 @@ impl Sink for CityJson {
         let path = self.output.path().to_path_buf();
         let bytes = self.output.commit(&self.header.text(self.extent)?)?;
         let Self { buildings, objects, .. } = *self;
-        Ok(Written { path, format: Format::CityJson, buildings, objects, bytes })
+        Ok(Written { path, format: Some(Format::CityJson), buildings, objects, bytes })
     }
 }

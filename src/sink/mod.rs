@@ -14,6 +14,7 @@ mod cityjsonseq;
 mod header;
 mod objects;
 mod output;
+mod sequence;
 #[cfg(test)]
 mod tests;
 mod vertices;
@@ -22,6 +23,7 @@ pub use attributes::{ATTRIBUTES, Attribute};
 pub use header::{Metadata, PointCloud, reference_system};
 pub use objects::Ids;
 pub use output::write_whole;
+pub use sequence::Sequence;
 
 use std::path::{Path, PathBuf};
 
@@ -49,10 +51,10 @@ pub trait Sink: Send {
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// The file.
+    /// The file; empty when there is none.
     pub path: PathBuf,
-    /// Its format.
-    pub format: Format,
+    /// Its format, if it is one of gable's.
+    pub format: Option<Format>,
     /// Number of buildings, with those that have no geometry.
     pub buildings: usize,
     /// Number of `CityObject`s: buildings and their parts.
