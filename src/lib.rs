@@ -21,12 +21,14 @@
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
+//! - [`capi`] is the C interface.
 //!
-//! A lower floor never imports a higher one: `cli → {run, trial} → simulate → {source, segment, sink, network} →
+//! A lower floor never imports a higher one: `{cli, capi} → {run, trial} → simulate → {source, segment, sink, network} →
 //! reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;
+pub mod capi;
 pub mod cli;
 pub mod error;
 pub mod evaluate;

@@ -11,6 +11,7 @@ mod field;
 mod flags;
 mod info;
 mod interrupt;
+pub(crate) mod options;
 mod output;
 mod progress;
 mod reconstruct;

@@ -179,7 +179,7 @@ impl Args {
 
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
-    fn into_job(self) -> Result<Job> {
+    pub(super) fn into_job(self) -> Result<Job, InputError> {
         self.refuse_contradictions()?;
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
