@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test loop setup lint doc bench picture
+.PHONY: quickstart test loop setup lint doc bench picture header
 
 quickstart: setup
 	cargo build --release --locked
@@ -21,6 +21,11 @@ quickstart: setup
 # The tests use the profile of the quick start, so that the heavy libraries are built once.
 test: setup
 	cargo test --release --locked
+	cargo test --locked --manifest-path tools/header/Cargo.toml
+
+# Renews include/gable.h, which is made from src/capi.
+header: setup
+	GABLE_UPDATE_HEADER=1 cargo test --locked --manifest-path tools/header/Cargo.toml
 
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup

@@ -46,6 +46,9 @@ pub mod source;
 pub mod trial;
 pub mod validate;
 
+// Their types stand in the interface.
+pub use {geo, nalgebra, serde_json};
+
 /// Its example is compiled by the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -51,7 +51,7 @@ pub(super) struct Columns<'a> {
     names: Option<Vec<Option<&'a str>>>,
 }
 
-impl<'a> Columns<'a> {
+impl Columns<'_> {
     /// Reads what `chunk` points to.
     ///
     /// # Errors

@@ -10,6 +10,7 @@
 //!
 //! This and `source::crs::proj_ffi` are the only places with `unsafe` code.
 #![expect(unsafe_code, reason = "a C interface takes raw pointers and exports symbols")]
+#![expect(clippy::doc_markdown, reason = "the documentation of what is exported is read in C")]
 
 mod chunk;
 mod entry;
