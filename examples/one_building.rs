@@ -19,7 +19,7 @@ use gable::solid::SurfaceType;
 use gable::source::footprints::{self, FootprintOptions};
 use gable::source::points::Tile;
 
-const ID: &str = "NL.IMBAG.Pand.0503100000018603";
+const ID: &str = "NL.IMBAG.Pand.0503100000017304";
 
 pub fn main() -> Result<(), Box<dyn Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");

@@ -140,7 +140,6 @@ pub unsafe extern "C" fn gable_run(
     // SAFETY: the caller vouches for the job.
     let Some(job) = (unsafe { job.as_ref() }) else { return GableStatus::Failed };
     job.enter(|state| {
-        *job.report() = None;
         let task = state.finish()?;
         let callbacks = Callbacks { line: on_line, progress: on_progress, user_data };
         // SAFETY: the caller vouches for the callbacks.

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use super::text::to_c;
 use crate::error::{Error, InputError, Result};
-use crate::run::{Fed, Feed, Job, guarded};
+use crate::run::{Feed, Job, guarded};
 use crate::source::crs::Crs;
 
 /// What came of a call.
@@ -133,12 +133,12 @@ impl State {
         let mut job = self.job.clone().ok_or_else(|| unusable("a job without options"))?;
         job.crs.clone_from(&self.crs);
         self.has_run = true;
-        let feed = self.feed.take();
-        // The CRS goes before that of the tiles, for which it was given when there are no points.
-        job.fed = feed
-            .map(|feed| feed.finish(self.crs.as_deref()))
-            .transpose()?
-            .filter(|fed: &Fed| fed.points() > 0 || job.tiles.is_empty());
+        let feed = self.feed.take().filter(|feed| feed.points() > 0);
+        if feed.is_none() && job.tiles.is_empty() {
+            let fault = InputError::new("the job", "no points", "points that were pushed, or the option \"tiles\"");
+            return Err(fault.into());
+        }
+        job.fed = feed.map(|feed| feed.finish(self.crs.as_deref())).transpose()?;
         Ok(job)
     }
 
