@@ -8,7 +8,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test platforms loop setup lint doc bench picture page
+.PHONY: quickstart test platforms loop setup lint doc bench picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -20,6 +20,11 @@ quickstart: setup
 # The tests use the profile of the quick start, so that the heavy libraries are built once.
 test: setup
 	cargo test --release --locked
+	cargo test --locked --manifest-path tools/header/Cargo.toml
+
+# Renews include/gable.h, which is made from src/capi.
+header: setup
+	GABLE_UPDATE_HEADER=1 cargo test --locked --manifest-path tools/header/Cargo.toml
 
 # Says that it was skipped, and why, where what it needs cannot be installed.
 platforms: setup

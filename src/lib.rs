@@ -24,12 +24,14 @@
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //! - [`view`] makes a page to look at a city model in.
+//! - [`capi`] is the C interface.
 //!
-//! A lower floor never imports a higher one: `cli → {pipeline, trial, view} → {convert, run, simulate} → {source, segment, sink,
-//! network} → reconstruct → {solid, site} → geometry`.
+//! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view} → {convert, run, simulate} → {source,
+//! segment, sink, network} → reconstruct → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;
+pub mod capi;
 pub mod cli;
 pub mod convert;
 pub mod error;
@@ -49,6 +51,9 @@ pub mod source;
 pub mod trial;
 pub mod validate;
 pub mod view;
+
+// Their types stand in the interface.
+pub use {geo, nalgebra, serde_json};
 
 /// Its example is compiled by the documentation tests.
 #[cfg(doctest)]

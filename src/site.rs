@@ -1,6 +1,7 @@
 //! The unit of work: all that is known of one building.
 
 use geo::MultiPolygon;
+use geo::orient::{Direction, Orient};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -21,6 +22,11 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The frame with its origin at the whole CRS units at or below `place` (CRS coordinates).
+    pub fn near(place: [f64; 3], metres_per_unit: [f64; 3]) -> Self {
+        Self { origin: place.map(f64::floor), metres_per_unit }
+    }
+
     /// CRS coordinates to local metres.
     pub fn to_local(&self, crs: [f64; 3]) -> Point3<f64> {
         Point3::from(std::array::from_fn(|i| (crs[i] - self.origin[i]) * self.metres_per_unit[i]))
@@ -104,4 +110,30 @@ pub struct Site {
     pub coverage: Coverage,
     /// The footprint's attributes, passed through to the model.
     pub attributes: Map<String, Value>,
+}
+
+impl Site {
+    /// A single object without a footprint: its points in local metres, sorted here and without those that are repeated,
+    /// on ground of a known height in the local frame. Only its fields say more.
+    pub fn new(id: impl Into<String>, frame: Frame, mut points: Vec<Point3<f64>>, ground: f64) -> Self {
+        points.sort_unstable_by(|a, b| {
+            a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then_with(|| a.z.total_cmp(&b.z))
+        });
+        points.dedup();
+        Self {
+            id: id.into(),
+            frame,
+            footprint: None,
+            points,
+            ground: Ground { height: ground, spread: 0.0, source: GroundSource::GroundPoints },
+            coverage: Coverage { share: 1.0 },
+            attributes: Map::new(),
+        }
+    }
+
+    /// The same with a footprint, valid by the simple-feature rules, in local metres.
+    #[must_use]
+    pub fn with_footprint(self, footprint: MultiPolygon<f64>) -> Self {
+        Self { footprint: Some(footprint.orient(Direction::Default)), ..self }
+    }
 }

@@ -123,11 +123,8 @@ fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
     }
     let written = &converted.written;
     let (features, objects) = (counted(written.features as u64, "feature"), counted(written.objects as u64, "object"));
+    let format = written.format.map_or_else(String::new, |format| format!("{}, ", format.name()));
     let megabytes = written.bytes as f64 / 1e6;
-    print(&format!(
-        "{}: {}, {features}, {objects}, {megabytes:.1} MB\n",
-        written.path.display(),
-        written.format.name()
-    ))?;
+    print(&format!("{}: {format}{features}, {objects}, {megabytes:.1} MB\n", written.path.display()))?;
     Ok(0)
 }

@@ -12,6 +12,7 @@ mod field;
 mod flags;
 mod info;
 mod interrupt;
+pub(crate) mod options;
 mod output;
 mod pipeline;
 mod progress;

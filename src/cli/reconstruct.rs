@@ -167,7 +167,7 @@ pub fn main(args: Args) -> Outcome {
 impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
-    fn into_job(self) -> Result<Job> {
+    pub(super) fn into_job(self) -> Result<Job, InputError> {
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };

@@ -82,7 +82,7 @@ pub enum Pass {
 pub fn convert(conversion: &Conversion, progress: &mut dyn FnMut(Progress)) -> Result<Converted> {
     let Conversion { inputs: paths, output, overwrite, lods, .. } = conversion;
     sink::Format::of(output)?;
-    spare_inputs([output, output], paths.iter().map(PathBuf::as_path))?;
+    spare_inputs(&[output], paths.iter().map(PathBuf::as_path))?;
     prepare(output, *overwrite)?;
     let inputs = Inputs::open(paths, conversion.crs.as_deref())?;
     let mut warnings = inputs.warnings;

@@ -22,13 +22,14 @@ pub struct Job {
     pub fed: Option<Fed>,
     /// The footprints; `None` takes all points for a single object.
     pub footprints: Option<FootprintSource>,
-    /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]).
+    /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]). Only a run into a sink
+    /// of one's own (see [`super::run_into`]) may leave it empty; then no model is written to a file.
     pub output: PathBuf,
     /// Whether files that exist are replaced.
     pub overwrite: bool,
     /// Whether to go on from what a run that was killed has left for this output.
     pub resume: bool,
-    /// Where the report goes; `None` puts it next to the model.
+    /// Where the report goes; `None` puts it next to the model, if that goes to a file.
     pub report: Option<PathBuf>,
     /// The CRS of the tiles, whatever they say.
     pub crs: Option<String>,

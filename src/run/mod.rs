@@ -27,9 +27,10 @@ mod tiles;
 mod write;
 
 use crate::building::Building;
-use crate::error::Result;
+use crate::error::{InputError, Result};
 use crate::reconstruct::reconstruct;
 use crate::report::{self, Counts, Inputs, Quality, Report, Verdict};
+use crate::sink::{Metadata, Sink};
 use crate::site::Site;
 
 use journal::Journal;
@@ -50,21 +51,52 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
     run_with(job, observer, |site| reconstruct(site, &job.parameters, &*field))
 }
 
+/// Does a job and hands the buildings to a sink of the caller, which `open` opens once it is known what is to come. Where
+/// [`Job::output`] names a file, the model is written there as well.
+///
+/// The sink is called on the calling thread, in the order of the footprints. With [`Job::resume`] it gets all buildings,
+/// those of the earlier run among them.
+///
+/// # Errors
+/// As [`run`], and what the sink says.
+pub fn run_into<'a>(job: &Job, observer: &dyn Observer, open: impl FnOnce(&Metadata) -> Opened<'a>) -> Result<Report> {
+    let field = job.field.load()?;
+    run_both(job, observer, |site| reconstruct(site, &job.parameters, &*field), Some(Box::new(open)))
+}
+
+/// A sink of the caller, or why there is none.
+pub type Opened<'a> = Result<Box<dyn Sink + 'a>>;
+
 /// Does a job with another method.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Building + Sync) -> Result<Report> {
+    run_both(job, observer, method, None)
+}
+
+/// Does a job with another method and, if there is one, into a sink of the caller.
+fn run_both(
+    job: &Job,
+    observer: &dyn Observer,
+    method: impl Fn(&Site) -> Building + Sync,
+    open: Option<write::Open<'_, '_>>,
+) -> Result<Report> {
+    if job.output.as_os_str().is_empty() && (open.is_none() || job.resume) {
+        let fault = InputError::new("the output", "no name", "the name of a file or folder");
+        return Err(fault.remedy("Name it, or run into a sink of your own and without resuming").into());
+    }
     let started = report::now();
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
     let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
-    let done = write::write(job, &plan, tasks, &pool, &mut journal, method)?;
+    let done = write::write(job, &plan, tasks, &pool, &mut journal, method, open)?;
     plan::warn_of_emptiness(job, &plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
     let exit_code = exit_code(&done.counts, &plan.inputs);
+    let outputs = plan.outputs().map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
@@ -84,11 +116,13 @@ pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Bu
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
         threads: pool.current_num_threads(),
         peak_memory_bytes: report::peak_memory(),
-        outputs: [&plan.model, &plan.report].map(|path| path.display().to_string()).into(),
+        outputs,
         warnings,
         buildings: done.buildings,
     };
-    report.write(&plan.report)?;
+    if let Some(path) = &plan.report {
+        report.write(path)?;
+    }
     // Only now is there nothing left that a kill could take.
     if let Some(checkpoint) = done.checkpoint {
         checkpoint.remove()?;

@@ -71,9 +71,9 @@ fn is_folder_of_a_format(path: &Path) -> bool {
 ///
 /// # Errors
 /// Which one.
-pub fn spare_inputs<'a>(outputs: [&Path; 2], inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
+pub fn spare_inputs<'a>(outputs: &[&Path], inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
     let same = |path: &Path| std::fs::canonicalize(path).ok();
-    let outputs = outputs.map(|path| (path, same(path)));
+    let outputs: Vec<_> = outputs.iter().map(|path| (*path, same(path))).collect();
     for input in inputs {
         let own = same(input);
         if let Some((path, _)) = outputs.iter().find(|(_, output)| output.is_some() && *output == own) {

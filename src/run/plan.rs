@@ -12,7 +12,7 @@ use super::{checkpoint, output, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
-use crate::segment::{Segmentation, segment};
+use crate::segment::{Segmentation, segment, segment_named};
 use crate::sink::Format;
 use crate::site::Frame;
 use crate::solid::Model;
@@ -26,10 +26,10 @@ pub(super) struct Plan {
     pub tiles: Vec<Tile>,
     pub crs: Crs,
     pub crs_report: CrsReport,
-    /// The model's file.
-    pub model: PathBuf,
-    /// The report's file.
-    pub report: PathBuf,
+    /// The model's file; `None` when only a sink of the caller takes it.
+    pub model: Option<PathBuf>,
+    /// The report's file, if it has one.
+    pub report: Option<PathBuf>,
     /// What the model is of: the name of the footprint file, or of the only tile.
     pub title: String,
     pub inputs: Inputs,
@@ -37,8 +37,15 @@ pub(super) struct Plan {
     rejected: Vec<Rejected>,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
-    /// Whether the only footprint stands in for one that there is not.
-    is_single: bool,
+    /// Whether the footprints stand in for those that there are not.
+    has_stand_ins: bool,
+}
+
+impl Plan {
+    /// The files to be written.
+    pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
+        self.model.iter().chain(&self.report).map(PathBuf::as_path)
+    }
 }
 
 /// Reads headers and footprints and brings them into one CRS.
@@ -50,30 +57,32 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
     let names: Vec<PathBuf> = paths.iter().cloned().chain(fed.map(|fed| fed.name().to_path_buf())).collect();
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
-    let model = output::model_path(&job.output, &names, footprint_path);
+    let has_model = !job.output.as_os_str().is_empty();
+    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_path));
     // A report that stands next to the model belongs to it and is replaced with it.
-    let report = job.report.clone().unwrap_or_else(|| output::report_path(&model));
+    let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));
     let files = names.len() + usize::from(job.footprints.is_some());
 
     journal.stage(Stage::Read, files as u64, |journal| {
-        Format::of(&model)?;
-        if model == report {
-            let fault = InputError::new(&report, "the model and the report in one file", "a file for each");
+        if let Some(report) = report.as_deref().filter(|_| report == model) {
+            let fault = InputError::new(report, "the model and the report in one file", "a file for each");
             return Err(fault.remedy("Give another name with --report").into());
         }
-        output::spare_inputs([&model, &report], paths.iter().map(PathBuf::as_path).chain(footprint_path))?;
-        let left = checkpoint::left_over(&model)?;
-        let continues = job.resume && left.is_some_and(|n| n > 0);
-        if let Some(n) = left.filter(|&n| n > 0 && !job.resume) {
-            let folder = checkpoint::folder_of(&model);
-            if !job.overwrite {
-                let fault = InputError::new(folder, format!("{n} buildings of a run that did not end"), "nothing");
-                return Err(fault.remedy("Give --resume to go on from there, or --overwrite to start anew").into());
+        let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
+        output::spare_inputs(&outputs, paths.iter().map(PathBuf::as_path).chain(footprint_path))?;
+        let continues = match &model {
+            Some(model) => {
+                Format::of(model)?;
+                goes_on(job, model, journal)?
             }
-            journal.warn(&format!("{}: {n} buildings of a run that did not end are removed", folder.display()));
+            None => false,
+        };
+        if let Some(model) = &model {
+            output::prepare(model, job.overwrite || continues)?;
         }
-        output::prepare(&model, job.overwrite || continues)?;
-        output::prepare(&report, job.overwrite || continues || job.report.is_none())?;
+        if let Some(report) = &report {
+            output::prepare(report, job.overwrite || continues || job.report.is_none())?;
+        }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
         let layer =
             job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
@@ -85,19 +94,48 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         }
 
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
-        let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(&model));
+        let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
-        let (footprints, rejected, is_single) = if let Some(layer) = layer {
+        let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
             let (footprints, rejected, report) = bring(layer, &crs, journal)?;
             inputs.footprints = Some(report);
             journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
             (footprints, rejected, false)
         } else {
-            let footprint = single::stand_in(&tiles, &title, &job.segmentation)?;
-            (footprint.into_iter().collect(), Vec::new(), true)
+            (single::stand_ins(&tiles, &title, &job.segmentation)?, Vec::new(), true)
         };
-        Ok(Plan { tiles, crs, crs_report, model, report, title, inputs, footprints, rejected, continues, is_single })
+        Ok(Plan {
+            tiles,
+            crs,
+            crs_report,
+            model,
+            report,
+            title,
+            inputs,
+            footprints,
+            rejected,
+            continues,
+            has_stand_ins,
+        })
     })
+}
+
+/// Whether the run goes on from what another has left for `model`.
+///
+/// # Errors
+/// There is something, and nothing says what to do about it.
+fn goes_on(job: &Job, model: &Path, journal: &Journal<'_>) -> Result<bool> {
+    let Some(n) = checkpoint::left_over(model)?.filter(|&n| n > 0) else { return Ok(false) };
+    if job.resume {
+        return Ok(true);
+    }
+    let folder = checkpoint::folder_of(model);
+    if !job.overwrite {
+        let fault = InputError::new(folder, format!("{n} buildings of a run that did not end"), "nothing");
+        return Err(fault.remedy("Give --resume to go on from there, or --overwrite to start anew").into());
+    }
+    journal.warn(&format!("{}: {n} buildings of a run that did not end are removed", folder.display()));
+    Ok(false)
 }
 
 /// The name of a file up to its first dot.
@@ -152,6 +190,8 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
     let total = plan.tiles.iter().map(|tile| tile.points).sum();
     let Segmentation { sites, notes, counts, problems } = journal.stage(Stage::Segment, total, |journal| {
         let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
+        let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
+        let segment = if plan.has_stand_ins && names_buildings { segment_named } else { segment };
         pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
             .map_err(|error| name_the_footprints(error, plan))
     })?;
@@ -165,8 +205,12 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
             }
         }
     }
+    if counts.dropped.unknown_building > 0 {
+        let dropped = counts.dropped.unknown_building;
+        journal.warn(&format!("{dropped} building points name a building that has no footprint; they are left out"));
+    }
     plan.inputs.points = counts;
-    let incomplete = sites.iter().filter(|site| !plan.is_single && !site.coverage.is_complete()).count();
+    let incomplete = sites.iter().filter(|site| !plan.has_stand_ins && !site.coverage.is_complete()).count();
     if incomplete > 0 {
         let total = sites.len();
         journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
@@ -175,7 +219,7 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         .into_iter()
         .zip(notes)
         .map(|(site, notes)| {
-            let site = if plan.is_single { single::without_footprint(site) } else { site };
+            let site = if plan.has_stand_ins { single::without_footprint(site) } else { site };
             Task::Reconstruct { site: Box::new(site), notes }
         })
         .collect();

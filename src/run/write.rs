@@ -12,9 +12,12 @@ use super::plan::Plan;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts};
-use crate::sink::{self, Encoder, Metadata};
+use crate::sink::{self, Encoder, Metadata, Sink};
 use crate::site::{QUANTUM, Site};
 use crate::source::cityjson::Transform;
+
+/// Opens a sink of the caller.
+pub(super) type Open<'f, 'a> = Box<dyn FnOnce(&Metadata) -> Result<Box<dyn Sink + 'a>> + 'f>;
 
 /// What came out.
 pub(super) struct Done {
@@ -24,7 +27,7 @@ pub(super) struct Done {
     pub(super) checkpoint: Option<Checkpoint>,
 }
 
-/// Reconstructs all tasks with `method` and writes the model.
+/// Reconstructs all tasks with `method` and writes the model to its file, to the sink that `open` opens, or to both.
 ///
 /// Whatever ends the run before its time, the buildings that are done stay in the checkpoint.
 ///
@@ -38,25 +41,36 @@ pub(super) fn write(
     pool: &ThreadPool,
     journal: &mut Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
+    open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
+    let head = metadata(job, plan, &tasks);
+    let own = open.map(|open| open(&head)).transpose()?;
+    let Some(model) = &plan.model else {
+        let (counts, buildings) = write_model(job, tasks, pool, journal, method, None, own.into_iter().collect())?;
+        return Ok(Done { counts, buildings, checkpoint: None });
+    };
     let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
     parameters["field"] = job.field.identity()?;
     let identity = Identity::new(parameters, hash_of(&tasks, pool));
-    let checkpoint = Checkpoint::open(&plan.model, &identity, job.resume)?;
+    let checkpoint = Checkpoint::open(model, &identity, job.resume)?;
     if job.resume {
         journal.warn(&match checkpoint.len() {
             0 => format!("{}: nothing to resume; this run starts from the beginning", checkpoint.folder().display()),
             n => format!("{}: {n} of {} buildings are taken from there", checkpoint.folder().display(), tasks.len()),
         });
     }
-    let outcome = write_model(job, plan, tasks, pool, journal, method, &checkpoint);
+    let overwrite = job.overwrite || plan.continues;
+    let outcome = sink::create_in(Some(checkpoint.folder()), model, head, overwrite).and_then(|file| {
+        let sinks = std::iter::once(file).chain(own).collect();
+        write_model(job, tasks, pool, journal, method, Some(&checkpoint), sinks)
+    });
     let is_whole = matches!(&outcome, Ok((counts, _)) if counts.not_reached == 0);
     if is_whole {
         return outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: Some(checkpoint) });
     }
     let folder = checkpoint.folder().display().to_string();
     drop(checkpoint);
-    match checkpoint::left_over(&plan.model) {
+    match checkpoint::left_over(model) {
         Ok(Some(n)) if n > 0 => {
             journal.warn(&format!("{folder}: {n} buildings are kept there; the same command with --resume goes on"));
         }
@@ -66,34 +80,35 @@ pub(super) fn write(
     outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: None })
 }
 
-/// Reconstructs and writes with the files that have no name yet in the folder of the checkpoint.
+/// Reconstructs and writes to all `sinks`.
 fn write_model(
     job: &Job,
-    plan: &Plan,
     tasks: Vec<Task>,
     pool: &ThreadPool,
     journal: &mut Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
-    checkpoint: &Checkpoint,
+    checkpoint: Option<&Checkpoint>,
+    mut sinks: Vec<Box<dyn Sink + '_>>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
-    let overwrite = job.overwrite || plan.continues;
-    let mut sink = sink::create_in(Some(checkpoint.folder()), &plan.model, metadata(job, plan, &tasks), overwrite)?;
     let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
     let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| {
-            sink.write(&encoder.feature(building))
+        reconstruct_all(tasks, pool, journal, checkpoint, method, |building| {
+            let feature = encoder.feature(building);
+            sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
         })
     })?;
     if counts.not_reached > 0 && counts.written == 0 {
         return Err(Error::Interrupted);
     }
     journal.stage(Stage::Finish, 1, |journal| {
-        let written = sink.finish()?;
-        for note in &written.notes {
-            journal.warn(&format!("{}: {note}", written.path.display()));
+        for sink in sinks {
+            let written = sink.finish()?;
+            for note in &written.notes {
+                journal.warn(&format!("{}: {note}", written.path.display()));
+            }
         }
         journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
-        Ok(written)
+        Ok(())
     })?;
     Ok((counts, buildings))
 }

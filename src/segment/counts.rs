@@ -15,6 +15,8 @@ pub struct DroppedPoints {
     pub noise: u64,
     /// With impossible coordinates.
     pub absurd: u64,
+    /// Building points that name a building of which there is no footprint.
+    pub unknown_building: u64,
     /// Building points that stand in the tiles more than once.
     pub duplicate: u64,
     /// With `any`: in a footprint, but too low above the ground.
@@ -56,6 +58,7 @@ impl PointCounts {
         a.synthetic += b.synthetic;
         a.noise += b.noise;
         a.absurd += b.absurd;
+        a.unknown_building += b.unknown_building;
         a.duplicate += b.duplicate;
         a.low += b.low;
         a.vegetation += b.vegetation;

@@ -2,6 +2,7 @@
 
 use super::counts::PointCounts;
 use super::ground::{Choice, GROUND_CELL, LOWEST_CELL, Thinned};
+use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};
 use crate::error::Result;
@@ -77,12 +78,15 @@ impl Harvest {
         tile: &Tile,
         all: &Neighbourhood,
         roles: &Roles,
+        naming: &Naming,
         metres_per_unit: [f64; 3],
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Self> {
         let mut harvest = Self::new(metres_per_unit);
         let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
-        if tile.extent.is_some_and(is_far) {
+        let named = naming.table(tile);
+        // A point that names its building may lie anywhere.
+        if named.is_empty() && tile.extent.is_some_and(is_far) {
             harvest.counts.passed_over = tile.points;
             harvest.extents.extend(tile.areas());
             progress(tile.points);
@@ -107,12 +111,21 @@ impl Harvest {
                     dropped.noise += 1;
                 } else {
                     let position = point.position.map(snap);
+                    let building = point.building.map(|place| named.get(place as usize).copied().flatten());
+                    if let Some(building) = building.filter(|_| role.building) {
+                        match building {
+                            Some(index) => {
+                                harvest.points.entry(index).or_default().push(to_local(&all.frames[index], position))
+                            }
+                            None => dropped.unknown_building += 1,
+                        }
+                    }
                     let Some(footprints) = lookup.near(position) else { continue };
                     harvest.lowest.add(position);
                     if role.ground {
                         harvest.ground.add(position);
                     }
-                    if role.building {
+                    if role.building && building.is_none() && naming.by_place {
                         for &index in footprints {
                             let local = to_local(&all.frames[index], position);
                             if all.prepared[index].contains([local[0], local[1]]) {

@@ -10,6 +10,7 @@ mod counts;
 mod coverage;
 mod ground;
 mod harvest;
+mod naming;
 mod neighbourhood;
 mod options;
 mod prepared;
@@ -30,6 +31,7 @@ use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
 use harvest::{Harvest, Roles};
 use nalgebra::Point3;
+use naming::Naming;
 use neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 
@@ -50,7 +52,8 @@ pub struct Segmentation {
 /// last told, from any thread, and gets to the sum of [`Tile::points`].
 ///
 /// Points outside the footprint, under the eaves' overhang too, are not building points: the footprint is where the
-/// model stands. Tiles are read on the threads of the current rayon pool.
+/// model stands. Only points that name their building ([`Tile::buildings`]) are given to its footprint wherever they lie.
+/// Tiles are read on the threads of the current rayon pool.
 ///
 /// # Errors
 /// An option is out of range; the CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the building classes do not
@@ -62,6 +65,32 @@ pub fn segment(
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Segmentation> {
+    join(tiles, footprints, crs, options, true, progress)
+}
+
+/// The same for tiles whose points all name their building, or belong to none: the footprints are only where the buildings
+/// stand.
+///
+/// # Errors
+/// As [`segment`].
+pub fn segment_named(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Segmentation> {
+    join(tiles, footprints, crs, options, false, progress)
+}
+
+fn join(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    by_place: bool,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Segmentation> {
     refuse::options(options)?;
     refuse::geographic(crs)?;
     refuse::without_points(tiles)?;
@@ -70,8 +99,11 @@ pub fn segment(
     refuse::apart(tiles, &footprints, &all, crs)?;
 
     let roles = Roles::new(options);
-    let mut harvest =
-        tiles.par_iter().map(|tile| Harvest::of(tile, &all, &roles, crs.metres_per_unit, progress)).try_reduce(
+    let naming = Naming::new(tiles, &footprints, by_place);
+    let mut harvest = tiles
+        .par_iter()
+        .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, progress))
+        .try_reduce(
             || Harvest::new(crs.metres_per_unit),
             |mut a, b| {
                 a.merge(b);

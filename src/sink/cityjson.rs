@@ -80,6 +80,6 @@ impl Sink for CityJson {
         let path = self.output.path().to_path_buf();
         let bytes = self.output.commit(&self.header.text(self.extent)?)?;
         let Self { features, objects, .. } = *self;
-        Ok(Written { path, format: Format::CityJson, features, objects, bytes, notes: Vec::new() })
+        Ok(Written { path, format: Some(Format::CityJson), features, objects, bytes, notes: Vec::new() })
     }
 }

@@ -28,6 +28,7 @@ mod header;
 mod json;
 mod obj;
 mod output;
+mod sequence;
 #[cfg(test)]
 mod tests;
 mod tileset;
@@ -38,6 +39,7 @@ pub use encoder::{Encoder, Ids};
 pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};
 pub use output::write_whole;
+pub use sequence::Sequence;
 
 use std::path::{Path, PathBuf};
 
@@ -64,10 +66,10 @@ pub trait Sink: Send {
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// The file or folder.
+    /// The file or folder; empty when there is none.
     pub path: PathBuf,
-    /// Its format.
-    pub format: Format,
+    /// Its format, if it is one of gable's.
+    pub format: Option<Format>,
     /// Number of features, with those that have no geometry.
     pub features: usize,
     /// Number of `CityObject`s: features and their parts.

@@ -160,7 +160,7 @@ impl Sink for Obj {
         // Whoever finds the OBJ finds its materials.
         let bytes = self.materials.commit(&[])? + self.output.commit(&[])?;
         let Self { features, objects, .. } = *self;
-        Ok(Written { path, format: Format::Obj, features, objects, bytes, notes: Vec::new() })
+        Ok(Written { path, format: Some(Format::Obj), features, objects, bytes, notes: Vec::new() })
     }
 }
 

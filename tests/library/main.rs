@@ -1,11 +1,16 @@
 //! The library as others call it: from Rust and from C.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
+
+mod c;
+mod examples;
 mod feed;
 
 use std::path::{Path, PathBuf};
 
 use gable::network::{Field, FieldOptions};
 use gable::run::{FootprintSource, Job};
+use gable::source::footprints::FootprintOptions;
 use gable::source::points::{ScanPoint, Tile};
 
 /// A file of the quick start.
@@ -24,7 +29,7 @@ fn points() -> Vec<ScanPoint> {
 
 /// The quick start, with the field that takes the least time.
 fn quickstart(output: &Path) -> Job {
-    let footprints = FootprintSource { path: data("footprints.geojson"), options: Default::default() };
+    let footprints = FootprintSource { path: data("footprints.geojson"), options: FootprintOptions::default() };
     Job {
         tiles: vec![data("delft_ahn3.laz").display().to_string()],
         footprints: Some(footprints),

@@ -151,6 +151,13 @@ impl Sink for GeoPackage {
         let bytes = output.commit(&[])?;
         let notes = (left_out > 0)
             .then(|| format!("the attributes of {left_out} children have no column of their own and are not written"));
-        Ok(Written { path, format: Format::GeoPackage, features, objects, bytes, notes: notes.into_iter().collect() })
+        Ok(Written {
+            path,
+            format: Some(Format::GeoPackage),
+            features,
+            objects,
+            bytes,
+            notes: notes.into_iter().collect(),
+        })
     }
 }

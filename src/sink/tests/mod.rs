@@ -184,7 +184,7 @@ fn object<'a>(model: &'a CityModel, id: &str) -> &'a CityObject {
 fn cityjson_is_valid() {
     let folder = tempfile::tempdir().unwrap();
     let (path, written) = write(&folder, "out.city.json", &neighbourhood());
-    assert_eq!((written.format, written.features, written.objects), (Format::CityJson, 4, 7));
+    assert_eq!((written.format, written.features, written.objects), (Some(Format::CityJson), 4, 7));
     let text = fs::read_to_string(path).unwrap();
     assert_eq!(faults(&CJValidator::from_str(&text)), Vec::<String>::new());
     let root: Value = serde_json::from_str(&text).unwrap();
@@ -203,7 +203,7 @@ fn cityjson_is_valid() {
 fn cityjsonseq_is_valid_line_by_line() {
     let folder = tempfile::tempdir().unwrap();
     let (path, written) = write(&folder, "out.city.jsonl", &neighbourhood());
-    assert_eq!((written.format, written.features, written.objects), (Format::CityJsonSeq, 4, 7));
+    assert_eq!((written.format, written.features, written.objects), (Some(Format::CityJsonSeq), 4, 7));
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
     let mut validator = CJValidator::from_str(lines.next().unwrap());

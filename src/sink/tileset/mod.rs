@@ -182,7 +182,7 @@ impl Sink for Tileset {
             ));
         }
         let bytes = folder.commit()?;
-        Ok(Written { path, format: Format::Tileset, features, objects, bytes, notes })
+        Ok(Written { path, format: Some(Format::Tileset), features, objects, bytes, notes })
     }
 }
 

@@ -1,0 +1,185 @@
+//! The options of `gable reconstruct` as JSON, for callers that have no command line.
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{ArgAction, Args as _, Command, FromArgMatches};
+use serde_json::{Map, Value};
+
+use super::reconstruct::Args;
+use crate::error::InputError;
+use crate::run::Job;
+
+/// How messages call the options.
+const NAME: &str = "options";
+/// Options that mean something on a command line only.
+const COMMAND_LINE_ONLY: &[&str] = &["quiet", "verbose", "view"];
+/// How alike a name must be to be proposed for one that is unknown (Jaro-Winkler, 0 to 1).
+const ALIKE: f64 = 0.75;
+
+/// The job that `text` describes: a JSON object whose members have the names of the options of `gable reconstruct`, without
+/// dashes in front; `tiles` are its arguments. Flags are true or false, lists are arrays or text with commas, null is the
+/// default. Unlike on the command line, nothing is required: without footprints there are none, and without an output
+/// [`Job::output`] is empty.
+///
+/// # Errors
+/// It is no JSON object; an option that does not exist, with the nearest one that does; or a value that an option does
+/// not take.
+pub(crate) fn job(text: &str) -> Result<Job, InputError> {
+    let options: Map<String, Value> = if text.trim().is_empty() {
+        Map::new()
+    } else {
+        serde_json::from_str(text).map_err(|e| {
+            InputError::new(NAME, "no JSON object", "an object such as {\"building-class\": \"6\"}")
+                .at(format!("line {}, column {}", e.line(), e.column()))
+                .remedy(e.to_string())
+        })?
+    };
+    let command = Args::augment_args(Command::new("gable").no_binary_name(true));
+    let mut words = Vec::new();
+    let mut tiles = Vec::new();
+    for (name, value) in &options {
+        if name == "tiles" {
+            tiles = texts(name, value)?;
+        } else {
+            words.extend(word(&command, name, value)?);
+        }
+    }
+    let is_given = |name: &str| options.get(name).is_some_and(|value| !value.is_null());
+    if !is_given("footprints") && !is_given("no-footprint") {
+        words.push("--no-footprint".to_owned());
+    }
+    // What the command line requires and a caller need not give.
+    if !is_given("output") {
+        words.push("--output=none.city.json".to_owned());
+    }
+    words.push("--".to_owned());
+    words.push("tiles".to_owned());
+    let args = command.try_get_matches_from(words).and_then(|matches| Args::from_arg_matches(&matches));
+    let mut job = args.map_err(|fault| explain(&fault))?.into_job()?;
+    job.tiles = tiles;
+    job.command = Vec::new();
+    if !is_given("output") {
+        job.output = std::path::PathBuf::new();
+    }
+    Ok(job)
+}
+
+/// An option as the command line has it; `None` for one that is left at its default.
+fn word(command: &Command, name: &str, value: &Value) -> Result<Option<String>, InputError> {
+    let fault = |found: String, expected: &str| InputError::new(NAME, found, expected).at(format!("\"{name}\""));
+    let known = || {
+        let options = command.get_arguments().filter_map(clap::Arg::get_long);
+        options.filter(|option| !COMMAND_LINE_ONLY.contains(option)).chain(["tiles"])
+    };
+    if name == "crs" {
+        let fault = fault("a CRS among the options".to_owned(), "it beside them");
+        return Err(fault.remedy("The CRS of the points has an argument of its own"));
+    }
+    let argument = command.get_arguments().find(|argument| argument.get_long() == Some(name));
+    let Some(argument) = argument.filter(|_| !COMMAND_LINE_ONLY.contains(&name)) else {
+        let plain = name.trim_start_matches('-').replace('_', "-");
+        let likeness = |option: &str| strsim::jaro_winkler(&plain, option);
+        let nearest = known().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let remedy = match nearest.filter(|option| likeness(option) >= ALIKE) {
+            Some(option) => format!("Did you mean \"{option}\"?"),
+            None => format!("There are {}", known().collect::<Vec<_>>().join(", ")),
+        };
+        return Err(fault("an unknown option".to_owned(), "one of `gable reconstruct`").remedy(remedy));
+    };
+    if matches!(argument.get_action(), ArgAction::SetTrue) {
+        return match value {
+            Value::Bool(true) => Ok(Some(format!("--{name}"))),
+            Value::Bool(false) | Value::Null => Ok(None),
+            other => Err(fault(other.to_string(), "true or false")),
+        };
+    }
+    if value.is_null() {
+        return Ok(None);
+    }
+    Ok(Some(format!("--{name}={}", texts(name, value)?.join(","))))
+}
+
+/// A value, or several of them, as text.
+fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError> {
+    match value {
+        Value::String(text) => Ok(vec![text.clone()]),
+        Value::Number(_) | Value::Bool(_) => Ok(vec![value.to_string()]),
+        Value::Null => Ok(Vec::new()),
+        Value::Array(values) if !values.iter().any(|value| value.is_array() || value.is_object()) => {
+            Ok(values.iter().map(|value| texts(name, value)).collect::<Result<Vec<_>, _>>()?.concat())
+        }
+        other => Err(InputError::new(NAME, other.to_string(), "a text, a number, true, false or an array of them")
+            .at(format!("\"{name}\""))),
+    }
+}
+
+/// What the command line says of an option, without its words on usage.
+fn explain(fault: &clap::Error) -> InputError {
+    let text = |kind| match fault.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.clone()),
+        Some(ContextValue::Strings(texts)) => Some(texts.join(", ")),
+        _ => None,
+    };
+    let argument = text(ContextKind::InvalidArg).unwrap_or_default();
+    let name = argument.trim_start_matches('-').split([' ', '=']).next().unwrap_or_default().to_owned();
+    let said = fault.to_string();
+    let said = said.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+    let reason = std::error::Error::source(fault).map(ToString::to_string);
+    let expected = match (reason, text(ContextKind::ValidValue)) {
+        (Some(reason), _) => reason,
+        (None, Some(values)) => format!("one of {values}"),
+        (None, None) => "what `gable reconstruct --help` says".to_owned(),
+    };
+    let found = text(ContextKind::InvalidValue).filter(|_| !name.is_empty()).unwrap_or(said);
+    InputError::new(NAME, found, expected).at(format!("\"{name}\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::job;
+    use crate::network::Field;
+    use crate::segment::BuildingClasses;
+
+    #[test]
+    fn options_are_those_of_the_command_line() {
+        let job = job(r#"{"footprints": "f.gpkg", "layer": "houses", "output": "a.city.jsonl", "overwrite": true,
+            "resume": false, "building-class": [1, 6], "ground-class": "2,8", "field": "height-field", "lambda": 2.5,
+            "jobs": 3, "report": null, "point-cloud-date": "2014-03", "tiles": ["a.laz", "b.laz"]}"#)
+        .unwrap();
+        let source = job.footprints.unwrap();
+        assert_eq!((source.path.to_str(), source.options.layer.as_deref()), (Some("f.gpkg"), Some("houses")));
+        assert_eq!((job.output.to_str(), job.overwrite, job.resume), (Some("a.city.jsonl"), true, false));
+        assert_eq!(job.segmentation.building_classes, BuildingClasses::Listed(vec![1, 6]));
+        assert_eq!(job.segmentation.ground_classes, [2, 8]);
+        assert_eq!((job.field.field, job.parameters.labelling.lambda), (Field::HeightField, 2.5));
+        assert_eq!((job.threads.map(usize::from), job.report), (Some(3), None));
+        assert_eq!((job.tiles, job.command), (vec!["a.laz".to_owned(), "b.laz".to_owned()], Vec::new()));
+        let bare = super::job("{}").unwrap();
+        assert!(bare.tiles.is_empty() && bare.footprints.is_none() && bare.output.as_os_str().is_empty());
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let cases = [
+            ("[1]", &["options, line 1", "no JSON object"][..]),
+            ("{\"lambda\": 1", &["options, line 1, column 12"]),
+            (r#"{"lamda": 1}"#, &["\"lamda\"", "unknown option", "Did you mean \"lambda\"?"]),
+            (r#"{"building_class": 6}"#, &["Did you mean \"building-class\"?"]),
+            (r#"{"quiet": true}"#, &["unknown option"]),
+            (r#"{"crs": "EPSG:7415"}"#, &["argument of its own"]),
+            (r#"{"lambda": "much"}"#, &["\"lambda\"", "found much", "a number from 0 to 1000"]),
+            (r#"{"lambda": -1}"#, &["found -1", "a number from 0 to 1000"]),
+            (r#"{"field": "neutral"}"#, &["\"field\"", "found neutral", "height-field"]),
+            (r#"{"overwrite": "yes"}"#, &["\"overwrite\"", "true or false"]),
+            (r#"{"lambda": {"a": 1}}"#, &["\"lambda\"", "a text, a number"]),
+            (r#"{"building-class": 2}"#, &["class 2 as building and as ground"]),
+            (r#"{"footprints": "a.gpkg", "no-footprint": true}"#, &["cannot be used with"]),
+            (r#"{"filter": "a > 1"}"#, &["filter"]),
+        ];
+        for (options, parts) in cases {
+            let message = job(options).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{options}: {message}");
+            }
+        }
+    }
+}
