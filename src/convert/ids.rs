@@ -169,9 +169,8 @@ impl Ids {
         for object in &feature.objects {
             let id = hash_of(&object.id);
             if self.repeated.contains(&id) && !self.written.insert(id) {
-                let free =
-                    (2..).map(|n: u64| format!("{}-{n}", object.id)).find(|name| self.taken.insert(hash_of(name)));
-                names.extend(free.map(|name| (object.id.clone(), name)));
+                let name = self.free(&object.id);
+                names.insert(object.id.clone(), name);
             }
         }
         for object in &mut feature.objects {
@@ -191,6 +190,18 @@ impl Ids {
         names.sort_unstable();
         self.renamed.extend(names.into_iter().take(room));
         true
+    }
+
+    /// A free id like this one.
+    fn free(&mut self, id: &str) -> String {
+        let mut n = 2;
+        loop {
+            let name = format!("{id}-{n}");
+            if self.taken.insert(hash_of(&name)) {
+                return name;
+            }
+            n += 1;
+        }
     }
 
     /// What was left out, and what there is to say of it.

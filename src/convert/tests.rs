@@ -40,10 +40,9 @@ fn sequence(path: &Path, crs: u32, houses: &[(Value, Vec<[i64; 3]>)]) {
     let mut text = format!("{}\n", head(crs));
     for (objects, vertices) in houses {
         let id = objects.as_object().unwrap().keys().next().unwrap();
-        text += &format!(
-            "{}\n",
-            json!({"type": "CityJSONFeature", "id": id, "CityObjects": objects, "vertices": vertices})
-        );
+        let feature = json!({"type": "CityJSONFeature", "id": id, "CityObjects": objects, "vertices": vertices});
+        text.push_str(&feature.to_string());
+        text.push('\n');
     }
     fs::write(path, text).unwrap();
 }

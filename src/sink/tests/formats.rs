@@ -66,7 +66,7 @@ fn an_obj_holds_closed_solids_by_object_and_class() {
     // 8 × 6 × (3 + 2 / 2); (6² − 2² + 4²) × 9.5.
     assert!((volumes["huis/é_七_\"1\""] - 192.0).abs() < 1e-6, "{volumes:?}");
     assert!((volumes["A"] - 456.0).abs() < 1e-6, "{volumes:?}");
-    assert_eq!(vertices[0], [67.0, 97.0, -1.0]);
+    assert!(vertices.contains(&vec![67.0, 97.0, -1.0]), "the corner of the house less the offset");
     let library = fs::read_to_string(path.with_extension("mtl")).unwrap();
     assert!(text.contains("mtllib out.mtl\n"));
     assert_eq!(materials, ["GroundSurface", "RoofSurface", "WallSurface"].map(str::to_owned).into());
@@ -83,7 +83,7 @@ fn a_geopackage_is_read_as_footprints_with_typed_attributes() {
     let areas: Vec<(String, f64)> = layer
         .footprints
         .iter()
-        .map(|f| (f.attributes["id"].as_str().unwrap().to_owned(), f.geometry.unsigned_area()))
+        .map(|f| (f.attributes["id"].as_str().unwrap().to_owned(), f.polygon.unsigned_area()))
         .collect();
     let expected = [(neighbourhood()[0].id.clone(), 48.0), ("A".to_owned(), 48.0), ("A-0".to_owned(), 9.0)];
     assert_eq!(areas.len(), 3);
@@ -138,8 +138,8 @@ fn a_tileset_stands_in_delft_and_says_what_its_heights_are() {
     let root: Value = serde_json::from_slice(&files[&path.join("tileset.json")]).unwrap();
     let transform: Vec<f64> =
         root["root"]["transform"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
-    // 52.01° north, 4.36° east, on the ellipsoid: X = N cos φ cos λ, with N = 6 391 440 m there.
-    let (latitude, longitude) = (52.0105_f64.to_radians(), 4.3590_f64.to_radians());
+    // RD (84975, 447505) by another program, GDAL; X = N cos φ cos λ.
+    let (latitude, longitude) = (52.011_484_f64.to_radians(), 4.367_216_f64.to_radians());
     let n = 6_378_137.0 / (1.0 - 0.006_694_379_99 * latitude.sin().powi(2)).sqrt();
     let expected = [
         n * latitude.cos() * longitude.cos(),
@@ -147,7 +147,7 @@ fn a_tileset_stands_in_delft_and_says_what_its_heights_are() {
         n * (1.0 - 0.006_694_379_99) * latitude.sin(),
     ];
     for (found, expected) in transform[12..15].iter().zip(expected) {
-        assert!((found - expected).abs() < 200.0, "{transform:?} and {expected:?}");
+        assert!((found - expected).abs() < 60.0, "{transform:?} and {expected:?}");
     }
     // Up is away from the centre of the earth.
     let up: f64 = (0..3).map(|i| transform[8 + i] * transform[12 + i]).sum();

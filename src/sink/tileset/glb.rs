@@ -1,4 +1,4 @@
-//! Binary glTF 2.0 with feature ids and property tables (EXT_mesh_features, EXT_structural_metadata).
+//! Binary glTF 2.0 with feature ids and property tables (`EXT_mesh_features`, `EXT_structural_metadata`).
 
 use std::collections::BTreeMap;
 

@@ -173,7 +173,9 @@ mod tests {
     fn tree(entries: &[Entry], min: [f64; 2], max: [f64; 2]) -> Vec<(String, Vec<Entry>)> {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = CellWriter::create(folder.path()).unwrap();
-        entries.iter().for_each(|entry| writer.push(*entry).unwrap());
+        for entry in entries {
+            writer.push(*entry).unwrap();
+        }
         let mut out = Vec::new();
         leaves(writer.root(min, max).unwrap(), folder.path(), &mut out);
         out

@@ -62,7 +62,9 @@ impl Geocentric {
 
     /// Transforms points in place; what cannot be transformed becomes infinite.
     pub fn transform(&self, points: &mut [[f64; 3]]) {
-        points.iter_mut().for_each(|point| point[2] *= self.metres);
+        for [_, _, z] in points.iter_mut() {
+            *z *= self.metres;
+        }
         self.operation.transform_3d(points);
     }
 }
