@@ -23,9 +23,9 @@ Examples:
   Under another name:
     gable view 3dbag.city.jsonl -o pages/3dbag.html
 
-The page is one file and needs no network: open it in any browser. It colours the model by semantics,
-fit, confidence, roof type, ladder step, validity or any attribute, lists what is at fault, and shows
-the attributes of what is clicked. Faults are found as `gable validate` finds them.
+The page is one file and needs no network: open it in any browser. It colours the model by
+semantics, fit, confidence, roof type, ladder step, validity or any attribute, lists what is at
+fault, and shows the attributes of what is clicked. Faults are those of `gable validate`.
 
 Exit codes:
   0  the page is written

@@ -95,9 +95,19 @@ pub struct Contents {
 /// no object; a tile cannot be opened or says that it is in another CRS; the report is none of gable's.
 pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64)) -> Result<Page> {
     let report = options.report.as_deref().map(record::read).transpose()?;
-    let found = audit(model, &audit::Options::default(), progress)?;
     let pieces = cityjson::features(model)?;
     let crs = pieces.head().crs_code().and_then(|code| Crs::parse(&code).ok());
+    if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic) {
+        return Err(InputError::new(
+            model,
+            format!("the geographic CRS {}", crs.name),
+            "coordinates in metres or feet",
+        )
+        .at("metadata.referenceSystem")
+        .remedy("Reproject the model before it is shown")
+        .into());
+    }
+    let found = audit(model, &audit::Options::default(), progress)?;
     let name = model.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
     let mut payload: Option<Payload> = None;

@@ -291,6 +291,11 @@ fn what_cannot_be_shown_is_said() {
     let options = Options::default();
     let message = build(&path, &options, &mut |_, _| {}).unwrap_err().to_string();
     assert!(message.contains("no CityObject that can be read"), "{message}");
+    let mut model = house();
+    model["metadata"] = json!({"referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/4979"});
+    let path = written(folder.path(), &model);
+    let message = build(&path, &options, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(message.contains("geographic") && message.contains("before it is shown"), "{message}");
     let path = written(folder.path(), &house());
     let report = Options { report: Some(path.clone()), ..options };
     let message = build(&path, &report, &mut |_, _| {}).unwrap_err().to_string();
