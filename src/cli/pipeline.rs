@@ -37,7 +37,7 @@ writers.las write the points, and hand that file to gable.
 Exit codes:
   0  done
   1  nothing could be done, or bad usage; also of --validate when the pipeline is not valid
-  2  finished, but writers.lod2 lacks buildings or could not read some tiles";
+  2  finished, but some points could not be read or writers.lod2 lacks buildings";
 
 /// What `gable pipeline` takes.
 #[derive(Debug, clap::Args)]

@@ -16,6 +16,9 @@ use super::stage::{Context, Flow, Observer, Stage, Whole};
 use crate::error::{Error, InputError, Result};
 use crate::report::Report;
 
+/// The exit code when not all could be done.
+const PARTIAL: u8 = 2;
+
 /// A pipeline whose files have been opened and whose options have been held against what is in them.
 pub struct Prepared {
     nodes: Vec<Node>,
@@ -29,7 +32,7 @@ pub struct Outcome {
     pub metadata: Value,
     /// The reports of reconstructions.
     pub reports: Vec<Report>,
-    /// The exit code: 0, or 2 when a reconstruction lacks buildings.
+    /// The exit code: 0, or 2 when points could not be read or a reconstruction lacks buildings.
     pub exit_code: u8,
 }
 
@@ -265,7 +268,12 @@ impl Node {
 
     fn finish(&mut self, context: &Context<'_>, outcome: &mut Outcome, next: &mut Next<'_>) -> Result<()> {
         self.metadata = match &mut self.stage {
-            Stage::Reader(reader) => reader.metadata(),
+            Stage::Reader(reader) => {
+                if !reader.is_whole() {
+                    outcome.exit_code = PARTIAL;
+                }
+                reader.metadata()
+            }
             Stage::Merge => {
                 next(Item::EndOfView)?;
                 Map::new()

@@ -41,6 +41,7 @@ pub(super) struct TileReader {
     wanted: Vec<Vec<Area>>,
     opened: Option<Opened>,
     read: u64,
+    is_whole: bool,
 }
 
 struct Opened {
@@ -74,6 +75,7 @@ impl TileReader {
             wanted,
             opened: None,
             read: 0,
+            is_whole: true,
         })
     }
 
@@ -120,6 +122,7 @@ impl Reader for TileReader {
         };
         self.opened = Some(Opened { tile, record, layout: Arc::new(layout), crs });
         self.read = 0;
+        self.is_whole = true;
         Ok(flow)
     }
 
@@ -158,10 +161,15 @@ impl Reader for TileReader {
         })?;
         outcome?;
         self.read = given;
+        self.is_whole = reading.read >= reading.expected;
         for problem in reading.problems(tile) {
             context.warn(&problem.to_string());
         }
         Ok(())
+    }
+
+    fn is_whole(&self) -> bool {
+        self.is_whole
     }
 
     fn metadata(&self) -> Map<String, Value> {

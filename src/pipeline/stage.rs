@@ -172,6 +172,11 @@ pub trait Reader {
     /// The file cannot be read, or what `next` says.
     fn read(&mut self, context: &Context<'_>, next: &mut Next<'_>) -> Result<()>;
 
+    /// Whether all points that there should be could be read.
+    fn is_whole(&self) -> bool {
+        true
+    }
+
     /// What it has to tell.
     fn metadata(&self) -> Map<String, Value>;
 }

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use super::{Context, Outcome, Plan, Prepared, Silent, validate};
 use crate::error::Result;
 use crate::source::points::Tile;
-use crate::source::points::fixture::{Plain, Style, write, write_with};
+use crate::source::points::fixture::{Plain, Style, write, write_copc, write_with};
 
 /// A folder in which pipelines run; their file names are relative to it.
 struct Bench(TempDir);
@@ -388,6 +388,22 @@ fn readers_read_a_part() {
     assert_eq!(Tile::open(bench.path("c.las")).unwrap().crs.unwrap().code.as_deref(), Some("EPSG:7415"));
     assert!(bench.fault(&json!([{"filename": "@a.laz", "override_srs": "EPSG:0"}])).contains("`override_srs`"));
     assert!(bench.fault(&json!(["@missing.las"])).contains("missing.las"));
+}
+
+#[test]
+fn of_copc_only_the_wanted_nodes_are_read() {
+    let bench = Bench::new();
+    let node = |x: f64, class: u8| vec![([x, x, 1.0], class), ([x + 20.0, x, 1.0], class)];
+    let nodes = [([0, 0, 0, 0], node(10.0, 1)), ([1, 0, 0, 0], node(20.0, 2)), ([1, 1, 1, 0], node(70.0, 3))];
+    write_copc(&bench.path("a.copc.laz"), &nodes);
+    let part = |option: &str, area: &str| json!({"filename": "@a.copc.laz", option: area});
+    let rows = |stage: Value| bench.rows(&[stage], "X,Classification");
+    assert_eq!(rows(json!("@a.copc.laz")).len(), 6);
+    // The root reaches everywhere; of its points and of those of the last node only these lie within.
+    assert_eq!(rows(part("bounds", "([25, 75], [0, 75])")), [[30.0, 1.0], [40.0, 2.0], [70.0, 3.0]]);
+    assert_eq!(rows(part("polygon", "POLYGON((60 60, 80 60, 80 80, 60 80, 60 60))")), [[70.0, 3.0]]);
+    let outcome = bench.run(&json!([part("bounds", "([60, 80], [60, 80])"), {"type": "writers.null"}]));
+    assert_eq!(outcome.metadata["stages"]["readers.copc"]["read"], 1);
 }
 
 #[test]

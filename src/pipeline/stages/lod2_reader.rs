@@ -13,7 +13,7 @@ use crate::pipeline::stage::{Context, Flow, Next, Reader, Role, SourceFile, Stag
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
     name: "readers.lod2",
-    summary: "Reads a city model in CityJSON or CityJSONSeq, for writers.lod2 to write in another format",
+    summary: "Reads a city model (CityJSON or CityJSONSeq), for writers.lod2 to convert",
     role: Role::Reader,
     options,
     elsewhere: &[],

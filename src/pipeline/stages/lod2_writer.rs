@@ -23,7 +23,7 @@ use crate::source::points::ScanPoint;
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
     name: "writers.lod2",
-    summary: "Reconstructs the buildings in the points and writes a city model; or writes one that was read in another format",
+    summary: "Reconstructs buildings and writes a city model, or converts one",
     role: Role::Writer,
     options,
     elsewhere: &[],

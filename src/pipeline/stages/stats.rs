@@ -12,7 +12,7 @@ use crate::pipeline::stage::{Context, Filter, Flow, Role, Stage, StageKind};
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
     name: "filters.stats",
-    summary: "Puts figures of dimensions into the metadata: count, smallest, largest, mean, deviation",
+    summary: "Puts figures of dimensions into the metadata: count, least, largest, mean, deviation",
     role: Role::Filter,
     options,
     elsewhere: &["option_file"],

@@ -60,3 +60,70 @@ pub(crate) fn write_with(path: &Path, style: Style, points: &[Plain], change: im
     }
     writer.close().unwrap();
 }
+
+/// A COPC file of octree nodes by their keys, over a cube of 100 m, written by hand: the info record, a chunk per node, and the hierarchy.
+pub(crate) fn write_copc(path: &Path, nodes: &[([i32; 4], Vec<Plain>)]) {
+    let style = Style::default();
+    let plain = header(style);
+    let items = laz::LazItemRecordBuilder::default_version_of::<laz::las::Point6>(0);
+    let vlr = laz::LazVlrBuilder::default().with_laz_items(items).with_variable_chunk_size().build();
+    let mut laz_data = Vec::new();
+    vlr.write_to(&mut laz_data).unwrap();
+    let record = |user_id: &str, record_id: u16, data: Vec<u8>| las::Vlr {
+        user_id: user_id.to_owned(),
+        record_id,
+        description: String::new(),
+        data,
+    };
+    let mut builder = las::Builder::from(plain);
+    builder.vlrs = vec![record("copc", 1, vec![0; 160]), record("laszip encoded", 22204, laz_data)];
+    let mut header = builder.into_header().unwrap();
+    nodes.iter().flat_map(|(_, points)| points).for_each(|p| header.add_point(&record(&header.clone(), *p)));
+    let mut bytes = Vec::new();
+    header.write_to(&mut bytes).unwrap();
+    let (info, start) = (375 + 54, bytes.len());
+    bytes[104] |= 0x80;
+
+    let mut hierarchy = Vec::new();
+    let mut body = std::io::Cursor::new(bytes);
+    body.set_position(start as u64);
+    let mut compressor = laz::LasZipCompressor::new(body, vlr).unwrap();
+    compressor.reserve_offset_to_chunk_table().unwrap();
+    let mut chunk = start as u64 + 8;
+    for (key, points) in nodes {
+        let transforms = header.transforms();
+        for plain in points {
+            let mut raw = Vec::new();
+            let point = record(&header, *plain).into_raw(transforms).unwrap();
+            point.write_to(&mut raw, header.point_format()).unwrap();
+            compressor.compress_one(&raw).unwrap();
+        }
+        compressor.finish_current_chunk().unwrap();
+        let end = compressor.get().position();
+        hierarchy.extend(key.map(i32::to_le_bytes).concat());
+        hierarchy.extend(chunk.to_le_bytes());
+        hierarchy.extend(((end - chunk) as i32).to_le_bytes());
+        hierarchy.extend((points.len() as i32).to_le_bytes());
+        chunk = end;
+    }
+    compressor.done().unwrap();
+    let mut bytes = compressor.into_inner().into_inner();
+    // A foreign extended record before the hierarchy: readers must not stop at the first.
+    let evlrs = bytes.len() as u64;
+    for (user_id, id, data) in [("other", 7_u16, vec![1; 5]), ("copc", 1000, hierarchy)] {
+        let mut head = [0; 60];
+        head[2..2 + user_id.len()].copy_from_slice(user_id.as_bytes());
+        head[18..20].copy_from_slice(&id.to_le_bytes());
+        head[20..28].copy_from_slice(&(data.len() as u64).to_le_bytes());
+        bytes.extend(head);
+        bytes.extend(data);
+    }
+    bytes[235..243].copy_from_slice(&evlrs.to_le_bytes());
+    bytes[243..247].copy_from_slice(&2_u32.to_le_bytes());
+    let size = nodes.len() as u64 * 32;
+    let cube = [50.0_f64, 50.0, 50.0, 50.0, 1.0].map(f64::to_le_bytes).concat();
+    let root = [bytes.len() as u64 - size, size].map(u64::to_le_bytes).concat();
+    bytes[info..info + 40].copy_from_slice(&cube);
+    bytes[info + 40..info + 56].copy_from_slice(&root);
+    std::fs::write(path, bytes).unwrap();
+}
