@@ -169,8 +169,7 @@ impl Ids {
         for object in &feature.objects {
             let id = hash_of(&object.id);
             if self.repeated.contains(&id) && !self.written.insert(id) {
-                let free =
-                    (2..).map(|n: u64| format!("{}-{n}", object.id)).find(|name| self.taken.insert(hash_of(name)));
+                let free = (2..).map(|n: u64| format!("{}-{n}", object.id)).find(|name| self.taken.insert(hash_of(name)));
                 names.extend(free.map(|name| (object.id.clone(), name)));
             }
         }
@@ -208,9 +207,7 @@ impl Ids {
         }
         let different: Vec<&Repeat> = repeats.iter().filter(|repeat| !repeat.is_same).collect();
         if !different.is_empty() {
-            let example = |repeat: &&Repeat| {
-                format!("{} ({} before {})", repeat.id, repeat.kept.display(), repeat.left_out.display())
-            };
+            let example = |repeat: &&Repeat| format!("{} ({} before {})", repeat.id, repeat.kept.display(), repeat.left_out.display());
             messages.push(format!(
                 "{} features occur again with another geometry; the better one is kept (higher level of detail, then larger \
                  gable_coverage, then more gable_points, then the first): {}{}",
@@ -220,8 +217,7 @@ impl Ids {
             ));
         }
         if self.count > 0 {
-            let example =
-                |(old, new, input): &(String, String, usize)| format!("{old} of {} is {new}", path(*input).display());
+            let example = |(old, new, input): &(String, String, usize)| format!("{old} of {} is {new}", path(*input).display());
             messages.push(format!(
                 "{} ids belong to different objects, and the later ones are renamed: {}{}",
                 self.count,

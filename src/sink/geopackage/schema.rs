@@ -162,7 +162,9 @@ pub(super) fn index_triggers(connection: &Connection, table: &str) -> Result<()>
         (
             "update4",
             "UPDATE",
-            format!("WHEN OLD.fid != NEW.fid AND {is_gone} BEGIN DELETE FROM {index} WHERE id IN (OLD.fid, NEW.fid);"),
+            format!(
+                "WHEN OLD.fid != NEW.fid AND {is_gone} BEGIN DELETE FROM {index} WHERE id IN (OLD.fid, NEW.fid);"
+            ),
         ),
         ("delete", "DELETE", format!("WHEN OLD.geom NOTNULL BEGIN DELETE FROM {index} WHERE id = OLD.fid;")),
     ];

@@ -173,9 +173,7 @@ impl Sink for Tileset {
             notes.push(format!("{flat} features without a face are in no tile"));
         }
         if left_out > 0 {
-            notes.push(format!(
-                "the attributes of {left_out} children have no property of their own and are not written"
-            ));
+            notes.push(format!("the attributes of {left_out} children have no property of their own and are not written"));
         }
         let bytes = folder.commit()?;
         Ok(Written { path, format: Format::Tileset, features, objects, bytes, notes })

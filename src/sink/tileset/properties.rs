@@ -47,9 +47,7 @@ impl Class {
                 // A boolean has no value to spare for an absent one.
                 Some(Kind::Boolean) if column.values == columns.rows() => Type::Boolean,
                 Some(Kind::Boolean | Kind::Text) => Type::Text,
-                Some(Kind::Integer { min, max }) if min > i64::from(NO_INTEGER) && max <= i64::from(i32::MAX) => {
-                    Type::Int32
-                }
+                Some(Kind::Integer { min, max }) if min > i64::from(NO_INTEGER) && max <= i64::from(i32::MAX) => Type::Int32,
                 Some(Kind::Integer { min, max }) if min >= -EXACT && max <= EXACT => Type::Float64,
                 Some(Kind::Integer { .. }) => Type::Text,
                 Some(Kind::Real) => Type::Float64,

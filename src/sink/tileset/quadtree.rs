@@ -38,7 +38,12 @@ impl Entry {
 
     fn take(bytes: &[u8; ENTRY]) -> Option<Self> {
         let mut from = Take(bytes);
-        Some(Self { at: from.u64()?, length: from.u64()?, centre: [from.f64()?, from.f64()?], triangles: from.u64()? })
+        Some(Self {
+            at: from.u64()?,
+            length: from.u64()?,
+            centre: [from.f64()?, from.f64()?],
+            triangles: from.u64()?,
+        })
     }
 }
 
@@ -188,26 +193,19 @@ mod tests {
         assert_eq!(found, (0..1600).collect::<Vec<u64>>());
         // 1600 features on a square of 40 × 40: quarters of 400 are too large, sixteenths of 100 are not.
         assert_eq!(leaves.len(), 16);
-        assert_eq!(
-            leaves.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()[..5],
-            ["00", "01", "02", "03", "10"]
-        );
+        assert_eq!(leaves.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()[..5], ["00", "01", "02", "03", "10"]);
         assert_eq!(leaves[0].1[0].at, 0);
         assert!(leaves[0].1.iter().all(|entry| entry.centre[0] < 10.0 && entry.centre[1] < 10.0));
     }
 
     #[test]
     fn what_stands_in_one_place_is_dealt_out_in_order() {
-        let entry =
-            |i: u64| Entry { at: i, length: 1, centre: [5.0, 5.0], triangles: if i == 300 { 60_000 } else { 1 } };
+        let entry = |i: u64| Entry { at: i, length: 1, centre: [5.0, 5.0], triangles: if i == 300 { 60_000 } else { 1 } };
         let entries: Vec<Entry> = (0..700).map(entry).collect();
         let leaves = tree(&entries, [5.0, 5.0], [5.0, 5.0]);
         let all: Vec<u64> = leaves.iter().flat_map(|(_, entries)| entries).map(|entry| entry.at).collect();
         assert_eq!(all, (0..700).collect::<Vec<u64>>());
         assert!(leaves.iter().all(|(_, entries)| entries.len() <= 256));
-        assert!(
-            leaves.iter().any(|(_, entries)| entries.len() == 1 && entries[0].at == 300),
-            "too large to share a tile"
-        );
+        assert!(leaves.iter().any(|(_, entries)| entries.len() == 1 && entries[0].at == 300), "too large to share a tile");
     }
 }
