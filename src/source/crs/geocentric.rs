@@ -36,8 +36,7 @@ impl Geocentric {
         if let Some((found, operation)) = whole.filter(|(found, _)| !found.is_ballpark()) {
             return Ok(Self { operation, metres: 1.0, warnings: inaccuracy(crs, &found, false) });
         }
-        let promoted =
-            flat.and_then(|flat| flat.promoted_to_3d()).ok_or_else(|| format!("{crs} has no horizontal part"))?;
+        let promoted = flat.and_then(|flat| flat.promoted_to_3d()).ok_or_else(|| format!("{crs} has no horizontal part"))?;
         let Some((found, operation)) = best(&promoted, &target, area, &trial) else {
             return Err(format!("PROJ knows no transformation from {crs} to WGS 84 that holds for these coordinates"));
         };
@@ -90,9 +89,7 @@ fn inaccuracy(crs: &Crs, found: &Object, is_horizontal: bool) -> Vec<String> {
     let error = match found.accuracy() {
         Some(metres) if metres <= WARN_FROM_METRES => return Vec::new(),
         Some(metres) => format!("is expected to be off by up to {metres} m"),
-        None if found.is_ballpark() => {
-            "leaves out the shift between the datums and may be off by hundreds of metres".into()
-        }
+        None if found.is_ballpark() => "leaves out the shift between the datums and may be off by hundreds of metres".into(),
         None => "has an unknown accuracy".into(),
     };
     vec![format!("{what} from {crs} to WGS 84 {error}")]
