@@ -124,6 +124,10 @@ fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
     let written = &converted.written;
     let (features, objects) = (counted(written.features as u64, "feature"), counted(written.objects as u64, "object"));
     let megabytes = written.bytes as f64 / 1e6;
-    print(&format!("{}: {}, {features}, {objects}, {megabytes:.1} MB\n", written.path.display(), written.format.name()))?;
+    print(&format!(
+        "{}: {}, {features}, {objects}, {megabytes:.1} MB\n",
+        written.path.display(),
+        written.format.name()
+    ))?;
     Ok(0)
 }

@@ -29,7 +29,8 @@ Examples:
     gable reconstruct church.laz --no-footprint -o church.city.json
 
 The output:
-  The extension chooses the format: .city.json (CityJSON) or .city.jsonl (CityJSONSeq).
+  The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
+  .3dtiles (3D Tiles, a folder), .gpkg (GeoPackage) or .obj (OBJ).
   A folder, or a name without an extension, gets a .city.json that is named after the tile
   if there is one, else after the footprints. The report goes to OUT.report.json. Ctrl-C
   writes what is done; nothing appears under its name before it is whole. A run that was
@@ -57,7 +58,7 @@ pub struct Args {
     #[arg(long)]
     no_footprint: bool,
 
-    /// The model: a file (.city.json or .city.jsonl) or a folder
+    /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles) or a folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 

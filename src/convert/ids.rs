@@ -169,8 +169,8 @@ impl Ids {
         for object in &feature.objects {
             let id = hash_of(&object.id);
             if self.repeated.contains(&id) && !self.written.insert(id) {
-                let free = (2..).map(|n: u64| format!("{}-{n}", object.id)).find(|name| self.taken.insert(hash_of(name)));
-                names.extend(free.map(|name| (object.id.clone(), name)));
+                let name = self.free(&object.id);
+                names.insert(object.id.clone(), name);
             }
         }
         for object in &mut feature.objects {
@@ -192,6 +192,18 @@ impl Ids {
         true
     }
 
+    /// A free id like this one.
+    fn free(&mut self, id: &str) -> String {
+        let mut n = 2;
+        loop {
+            let name = format!("{id}-{n}");
+            if self.taken.insert(hash_of(&name)) {
+                return name;
+            }
+            n += 1;
+        }
+    }
+
     /// What was left out, and what there is to say of it.
     pub(super) fn close(self, paths: &[PathBuf]) -> (Vec<Repeat>, Vec<String>) {
         let path = |input: usize| paths.get(input).cloned().unwrap_or_default();
@@ -207,7 +219,9 @@ impl Ids {
         }
         let different: Vec<&Repeat> = repeats.iter().filter(|repeat| !repeat.is_same).collect();
         if !different.is_empty() {
-            let example = |repeat: &&Repeat| format!("{} ({} before {})", repeat.id, repeat.kept.display(), repeat.left_out.display());
+            let example = |repeat: &&Repeat| {
+                format!("{} ({} before {})", repeat.id, repeat.kept.display(), repeat.left_out.display())
+            };
             messages.push(format!(
                 "{} features occur again with another geometry; the better one is kept (higher level of detail, then larger \
                  gable_coverage, then more gable_points, then the first): {}{}",
@@ -217,7 +231,8 @@ impl Ids {
             ));
         }
         if self.count > 0 {
-            let example = |(old, new, input): &(String, String, usize)| format!("{old} of {} is {new}", path(*input).display());
+            let example =
+                |(old, new, input): &(String, String, usize)| format!("{old} of {} is {new}", path(*input).display());
             messages.push(format!(
                 "{} ids belong to different objects, and the later ones are renamed: {}{}",
                 self.count,

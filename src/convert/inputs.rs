@@ -80,7 +80,9 @@ impl Inputs {
         }
         let (reference_system, crs) = match named {
             Named::Nothing => (None, None),
-            Named::Known(crs) => (crs.code.as_deref().and_then(reference_system).or_else(|| crs.reference_system()), Some(*crs)),
+            Named::Known(crs) => {
+                (crs.code.as_deref().and_then(reference_system).or_else(|| crs.reference_system()), Some(*crs))
+            }
             Named::Unknown(name) => (Some(name).filter(|name| name.contains("://www.opengis.net/def/crs/")), None),
         };
         let quantum = if crs.as_ref().is_some_and(|crs| crs.is_geographic) { QUANTUM_DEGREES } else { QUANTUM };

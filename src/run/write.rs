@@ -13,8 +13,8 @@ use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts};
 use crate::sink::{self, Encoder, Metadata};
-use crate::source::cityjson::Transform;
 use crate::site::{QUANTUM, Site};
+use crate::source::cityjson::Transform;
 
 /// What came out.
 pub(super) struct Done {
@@ -80,7 +80,9 @@ fn write_model(
     let mut sink = sink::create_in(Some(checkpoint.folder()), &plan.model, metadata(job, plan, &tasks), overwrite)?;
     let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
     let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| sink.write(&encoder.feature(building)))
+        reconstruct_all(tasks, pool, journal, Some(checkpoint), method, |building| {
+            sink.write(&encoder.feature(building))
+        })
     })?;
     if counts.not_reached > 0 && counts.written == 0 {
         return Err(Error::Interrupted);

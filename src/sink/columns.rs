@@ -176,7 +176,8 @@ mod tests {
 
     #[test]
     fn names_that_differ_in_case_alone_become_different() {
-        let names: Vec<String> = columns(&[json!({"id": 1, "Id": 2, "id_2": 3, "x": 4, "X": 5})]).into_iter().map(|c| c.0).collect();
+        let names: Vec<String> =
+            columns(&[json!({"id": 1, "Id": 2, "id_2": 3, "x": 4, "X": 5})]).into_iter().map(|c| c.0).collect();
         assert_eq!(names, ["id_2", "Id_3", "id_2_2", "x", "X_2"]);
     }
 }

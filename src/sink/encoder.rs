@@ -156,10 +156,10 @@ fn geometry(building: &Building, solid: &Solid, lod: &str, vertices: &mut Vertic
     let indices: Vec<u32> = solid.vertices.iter().map(|&v| vertices.index(v)).collect();
     let in_feature =
         |ring: &Vec<u32>| ring.iter().map(|&v| indices.get(v as usize).copied().unwrap_or_default()).collect();
-    let faces = solid.faces.iter().map(|face| Face {
-        rings: face.rings.iter().map(in_feature).collect(),
-        surface: Some(face.surface),
-    });
+    let faces = solid
+        .faces
+        .iter()
+        .map(|face| Face { rings: face.rings.iter().map(in_feature).collect(), surface: Some(face.surface) });
     Geometry {
         lod: lod.to_owned(),
         kind: GeometryKind::Solid,

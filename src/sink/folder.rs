@@ -29,9 +29,13 @@ impl OutputFolder {
             }
             let is_empty = || std::fs::read_dir(&target).is_ok_and(|mut entries| entries.next().is_none());
             if !target.join(mark).is_file() && !is_empty() {
-                return Err(InputError::new(path, format!("something without a {mark}"), format!("a folder with a {mark}"))
-                    .remedy("Nothing else is replaced. Give another name.")
-                    .into());
+                return Err(InputError::new(
+                    path,
+                    format!("something without a {mark}"),
+                    format!("a folder with a {mark}"),
+                )
+                .remedy("Nothing else is replaced. Give another name.")
+                .into());
             }
         }
         let scratch = scratch.unwrap_or_else(|| folder(&target));

@@ -47,7 +47,10 @@ impl Metadata {
     /// What gable tells of the making of its models: its version and these parameters.
     pub fn making(parameters: Value) -> Map<String, Value> {
         let version = Value::from(env!("CARGO_PKG_VERSION"));
-        [("gable_version", version), ("gable_parameters", parameters)].map(|(name, v)| (name.to_owned(), v)).into_iter().collect()
+        [("gable_version", version), ("gable_parameters", parameters)]
+            .map(|(name, v)| (name.to_owned(), v))
+            .into_iter()
+            .collect()
     }
 }
 

@@ -112,9 +112,15 @@ impl Sink for Obj {
         }
         let number = |v: &u32| numbers.get(*v as usize).copied().unwrap_or_default();
         for (object, geometry) in chosen {
-            for surface in surfaces(feature, object, geometry, self.metres) {
-                let class = name(surface.class);
-                let _ = write!(text, "g {} {class}\nusemtl {class}\n", name(&object.id));
+            let mut all = surfaces(feature, object, geometry, self.metres);
+            all.sort_by_key(|surface| surface.class);
+            let mut group = None;
+            for surface in all {
+                if group != Some(surface.class) {
+                    group = Some(surface.class);
+                    let class = name(surface.class);
+                    let _ = write!(text, "g {} {class}\nusemtl {class}\n", name(&object.id));
+                }
                 for face in &surface.faces {
                     let [ring] = face.rings.as_slice() else {
                         write_triangles(text, &triangles(feature, face, self.metres), number);

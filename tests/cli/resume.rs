@@ -42,7 +42,7 @@ fn killed(out: &Path, after: u64, rest: &str) -> Option<u64> {
 
 #[test]
 fn a_run_that_was_killed_at_any_moment_is_resumed_to_the_same_bytes() {
-    for extension in ["city.json", "city.jsonl"] {
+    for extension in ["city.json", "city.jsonl", "gpkg"] {
         let folder = tempfile::tempdir().unwrap();
         let whole = folder.path().join(format!("whole.{extension}"));
         assert_eq!(delft(&whole, "--quiet").code, 0);
@@ -73,6 +73,35 @@ fn a_run_that_was_killed_at_any_moment_is_resumed_to_the_same_bytes() {
         }
         assert!(resumed >= 5, "the runs were over before they could be killed");
     }
+}
+
+/// The files below a folder, by name, with their bytes.
+fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut left = vec![folder.to_path_buf()];
+    let mut files = Vec::new();
+    while let Some(path) = left.pop() {
+        if path.is_dir() {
+            left.extend(std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
+        } else {
+            let name = path.strip_prefix(folder).unwrap().display().to_string();
+            files.push((name, std::fs::read(&path).unwrap()));
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn a_tileset_is_resumed_to_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, out] = ["whole.3dtiles", "out.3dtiles"].map(|name| folder.path().join(name));
+    assert_eq!(delft(&whole, "--quiet").code, 0);
+    let kept = killed(&out, 20, "").expect("killed in time");
+    let run = delft(&out, "--resume");
+    assert_eq!(run.code, 0, "{}{}", run.out, run.err);
+    assert_eq!(report_of(&out)["counts"]["resumed"], kept);
+    assert!(tree(&out) == tree(&whole));
+    assert!(run.err.contains("above the ellipsoid"), "what the format does to heights is told: {}", run.err);
 }
 
 #[test]

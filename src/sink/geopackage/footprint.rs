@@ -35,7 +35,8 @@ pub(super) fn footprint(feature: &Feature, metres: [f64; 3]) -> Polygons<2> {
 
 /// A face from above; `None` where nothing of it is left.
 fn flatten(feature: &Feature, face: &Face) -> Option<Polygon> {
-    let ring = |ring: &Vec<u32>| -> LineString { ring.iter().map(|&v| feature.vertex(v)).map(|v| (v[0], v[1])).collect() };
+    let ring =
+        |ring: &Vec<u32>| -> LineString { ring.iter().map(|&v| feature.vertex(v)).map(|v| (v[0], v[1])).collect() };
     let mut lines = face.rings.iter().map(ring);
     let polygon = Polygon::new(lines.next()?, lines.collect());
     // Coordinates are large: an area that is but their rounding is none.

@@ -44,7 +44,7 @@ pub(super) struct GeoPackage {
     left_out: usize,
 }
 
-/// A fault of SQLite while writing.
+/// A fault of `SQLite` while writing.
 fn fault(path: &Path) -> impl Fn(rusqlite::Error) -> Error {
     move |error| Error::io(path, "write", std::io::Error::other(error))
 }

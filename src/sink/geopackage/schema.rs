@@ -9,7 +9,7 @@ const APPLICATION_ID: i64 = 0x4750_4B47;
 const USER_VERSION: i64 = 10_400;
 /// The time of last change, which the format demands and which must not differ from run to run.
 pub(super) const NO_TIME: &str = "1970-01-01T00:00:00.000Z";
-/// The srs_id of plane coordinates of an unknown system (clause 1.1.2.1.2).
+/// The `srs_id` of plane coordinates of an unknown system (clause 1.1.2.1.2).
 const UNDEFINED: i32 = -1;
 /// Where ids of systems without a code of EPSG begin.
 const OWN: i32 = 100_000;
@@ -162,9 +162,7 @@ pub(super) fn index_triggers(connection: &Connection, table: &str) -> Result<()>
         (
             "update4",
             "UPDATE",
-            format!(
-                "WHEN OLD.fid != NEW.fid AND {is_gone} BEGIN DELETE FROM {index} WHERE id IN (OLD.fid, NEW.fid);"
-            ),
+            format!("WHEN OLD.fid != NEW.fid AND {is_gone} BEGIN DELETE FROM {index} WHERE id IN (OLD.fid, NEW.fid);"),
         ),
         ("delete", "DELETE", format!("WHEN OLD.geom NOTNULL BEGIN DELETE FROM {index} WHERE id = OLD.fid;")),
     ];

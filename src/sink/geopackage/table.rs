@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use super::blob::{Polygons, bounds, multipolygon};
 use crate::sink::columns::{Column, Columns, Kind, text_of};
 
-/// The most columns that SQLite holds in a table, less those that a reader may want to add.
+/// The most columns that `SQLite` holds in a table, less those that a reader may want to add.
 const MOST_COLUMNS: usize = 1990;
 
 /// A table that is being filled.
@@ -37,7 +37,7 @@ fn quoted(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\"").replace('\0', ""))
 }
 
-/// A value as SQLite keeps it.
+/// A value as `SQLite` keeps it.
 fn cell(value: &Value) -> Cell {
     match value {
         Value::Null => Cell::Null,
@@ -126,12 +126,8 @@ impl Table {
 
 /// The columns of a table in SQL.
 fn definition(fixed: &[&str], columns: &[Column]) -> String {
-    let mut out = "fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom MULTIPOLYGON".to_owned();
-    for name in fixed {
-        out += &format!(", {name} TEXT");
-    }
-    for column in columns {
-        out += &format!(", {} {}", quoted(&column.name), sql_type(column.kind));
-    }
-    out
+    let own = ["fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL", "geom MULTIPOLYGON"].map(str::to_owned);
+    let fixed = fixed.iter().map(|name| format!("{name} TEXT"));
+    let columns = columns.iter().map(|column| format!("{} {}", quoted(&column.name), sql_type(column.kind)));
+    own.into_iter().chain(fixed).chain(columns).collect::<Vec<_>>().join(", ")
 }

@@ -21,11 +21,7 @@ impl EarthFrame {
         let origin = Point3::from(origin);
         // The normal of the ellipsoid through the origin that is similar to that of the earth: within 1e-8 of the vertical of
         // WGS 84 for any building on it. It only has to be the same for all.
-        let up = Vector3::new(
-            origin.x / (EQUATOR * EQUATOR),
-            origin.y / (EQUATOR * EQUATOR),
-            origin.z / (POLE * POLE),
-        );
+        let up = Vector3::new(origin.x / (EQUATOR * EQUATOR), origin.y / (EQUATOR * EQUATOR), origin.z / (POLE * POLE));
         let up = up.try_normalize(0.0).unwrap_or_else(Vector3::z);
         // At the poles any direction is east.
         let east = Vector3::z().cross(&up).try_normalize(1e-12).unwrap_or_else(Vector3::x);
@@ -61,7 +57,9 @@ pub(super) struct Bounds {
 impl Bounds {
     /// The smallest box around points; `None` without any.
     pub(super) fn of(points: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
-        points.into_iter().fold(None, |bounds, p| Some(Self::union(bounds.unwrap_or(Self { min: p, max: p }), Self { min: p, max: p })))
+        points.into_iter().fold(None, |bounds, p| {
+            Some(Self::union(bounds.unwrap_or(Self { min: p, max: p }), Self { min: p, max: p }))
+        })
     }
 
     /// A box of no size at the origin.

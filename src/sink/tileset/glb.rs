@@ -1,4 +1,4 @@
-//! Binary glTF 2.0 with feature ids and property tables (EXT_mesh_features, EXT_structural_metadata).
+//! Binary glTF 2.0 with feature ids and property tables (`EXT_mesh_features`, `EXT_structural_metadata`).
 
 use std::collections::BTreeMap;
 
@@ -108,7 +108,8 @@ impl Content {
             let mut ids = |ids: &[f32]| {
                 let bytes: Vec<u8> = ids.iter().flat_map(|id| id.to_le_bytes()).collect();
                 let view = buffer.add(&bytes, Some(ARRAY_BUFFER));
-                accessors.push(json!({"bufferView": view, "componentType": FLOAT, "count": ids.len(), "type": "SCALAR"}));
+                accessors
+                    .push(json!({"bufferView": view, "componentType": FLOAT, "count": ids.len(), "type": "SCALAR"}));
                 accessors.len() - 1
             };
             let (feature_ids, surface_ids) = (ids(&primitive.features), ids(&primitive.surfaces));
@@ -151,7 +152,8 @@ impl Content {
                 "propertyTables": tables,
             }},
         });
-        container(&serde_json::to_vec(&gltf)?, &buffer.bytes).ok_or_else(|| serde::ser::Error::custom("more than 4 GiB"))
+        container(&serde_json::to_vec(&gltf)?, &buffer.bytes)
+            .ok_or_else(|| serde::ser::Error::custom("more than 4 GiB"))
     }
 }
 

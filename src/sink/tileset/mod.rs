@@ -20,8 +20,6 @@ mod glb;
 mod properties;
 mod quadtree;
 mod record;
-#[cfg(test)]
-mod tests;
 mod tile;
 
 use std::fs::File;
@@ -47,6 +45,8 @@ use tile::{Detail, Placer, feature_row, surface_row};
 const TILESET: &str = "tileset.json";
 /// A cell with at most so many features, in one with more, is a tileset of its own.
 const MOST_IN_FILE: u64 = 20_000;
+/// The widest side of a cell in metres: so that 32-bit floats from its centre are exact to some millimetres.
+const WIDEST: f64 = 50_000.0;
 /// The least error of a block in metres, where its top is that of the finest level.
 const LEAST_BLOCK_ERROR: f64 = 1.0;
 
@@ -158,22 +158,28 @@ impl Sink for Tileset {
                 surface_class: Class::new("surface", &self.surface_columns),
                 folder: &mut folder,
                 spill,
+                widest: WIDEST / crs.metres_per_unit[0].max(crs.metres_per_unit[1]),
                 misplaced: 0,
             };
             let root = index.root([min[0], min[1]], [max[0], max[1]]).map_err(&fault)?;
             let tile = writer.cell(root, true)?;
             if writer.misplaced > 0 {
-                notes.push(format!("{} features have no place on earth and are in no tile", writer.misplaced));
+                notes.push(format!(
+                    "{} of {features} features have no place on earth and are in no tile",
+                    writer.misplaced
+                ));
             }
             folder.write(TILESET, &tileset(tile.as_ref(), Some(frame)).map_err(|e| fault(e.into()))?)?;
         } else {
             folder.write(TILESET, &tileset(None, None).map_err(|e| fault(e.into()))?)?;
         }
         if flat > 0 {
-            notes.push(format!("{flat} features without a face are in no tile"));
+            notes.push(format!("{flat} of {features} features have no face and are in no tile"));
         }
         if left_out > 0 {
-            notes.push(format!("the attributes of {left_out} children have no property of their own and are not written"));
+            notes.push(format!(
+                "the attributes of {left_out} children have no property of their own and are not written"
+            ));
         }
         let bytes = folder.commit()?;
         Ok(Written { path, format: Format::Tileset, features, objects, bytes, notes })
@@ -229,6 +235,8 @@ struct Writer<'a> {
     surface_class: Class,
     folder: &'a mut OutputFolder,
     spill: File,
+    /// [`WIDEST`] in units of the CRS.
+    widest: f64,
     misplaced: usize,
 }
 
@@ -240,7 +248,7 @@ impl Writer<'_> {
     /// The tile of a cell with all below it; `None` where nothing of it has a place. The root is never a file of its own.
     fn cell(&mut self, cell: Cell, is_root: bool) -> Result<Option<Tile>> {
         let (name, count) = (cell.name().to_owned(), cell.count());
-        let split = cell.split(self.folder.scratch()).map_err(|e| self.fault(e))?;
+        let split = cell.split(self.folder.scratch(), self.widest).map_err(|e| self.fault(e))?;
         let cells = match split {
             Split::Leaf(entries) => {
                 let leaf = self.leaf(&name, &entries)?;
@@ -268,7 +276,9 @@ impl Writer<'_> {
     /// A tile without content: not to refine it leaves out all that it holds.
     fn above(children: Vec<Tile>) -> Tile {
         let bounds = children.iter().map(|child| child.bounds).reduce(Bounds::union).unwrap_or_else(Bounds::nothing);
-        Tile::new(bounds, bounds.diagonal(), None, children)
+        // Never less than that of what is below it.
+        let error = children.iter().map(|child| child.error).fold(bounds.diagonal(), f64::max);
+        Tile::new(bounds, error, None, children)
     }
 
     /// The tile of the features of a leaf.

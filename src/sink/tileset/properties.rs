@@ -1,9 +1,9 @@
-//! Attributes as property tables (EXT_structural_metadata): a column each, texts with offsets, absent values as `noData`.
+//! Attributes as property tables (`EXT_structural_metadata`): a column each, texts with offsets, absent values as `noData`.
 
 use serde_json::{Map, Value, json};
 
 use super::glb::Buffer;
-use crate::sink::columns::{Columns, Kind, text_of};
+use crate::sink::columns::{Column, Columns, Kind, text_of};
 
 /// What stands for an absent number.
 const NO_INTEGER: i32 = i32::MIN;
@@ -37,23 +37,34 @@ pub(super) struct Class {
     properties: Vec<Property>,
 }
 
+/// How a column of so many rows is written; `None` where it has no values.
+fn type_of(column: &Column, rows: usize) -> Option<Type> {
+    Some(match column.kind? {
+        // A boolean has no value to spare for an absent one.
+        Kind::Boolean if column.values == rows => Type::Boolean,
+        Kind::Boolean | Kind::Text => Type::Text,
+        Kind::Real => Type::Float64,
+        Kind::Integer { min, max } => {
+            if min > i64::from(NO_INTEGER) && max <= i64::from(i32::MAX) {
+                Type::Int32
+            } else if min >= -EXACT && max <= EXACT {
+                Type::Float64
+            } else {
+                Type::Text
+            }
+        }
+    })
+}
+
 impl Class {
     /// The class of all rows that `columns` has seen.
     pub(super) fn new(id: &'static str, columns: &Columns) -> Self {
         let mut properties: Vec<Property> = Vec::new();
         for column in columns.list() {
-            let kind = match column.kind {
-                None => continue,
-                // A boolean has no value to spare for an absent one.
-                Some(Kind::Boolean) if column.values == columns.rows() => Type::Boolean,
-                Some(Kind::Boolean | Kind::Text) => Type::Text,
-                Some(Kind::Integer { min, max }) if min > i64::from(NO_INTEGER) && max <= i64::from(i32::MAX) => Type::Int32,
-                Some(Kind::Integer { min, max }) if min >= -EXACT && max <= EXACT => Type::Float64,
-                Some(Kind::Integer { .. }) => Type::Text,
-                Some(Kind::Real) => Type::Float64,
-            };
+            let Some(kind) = type_of(column, columns.rows()) else { continue };
             let word: String = column.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-            let word = if word.starts_with(|c: char| c.is_ascii_digit()) { format!("_{word}") } else { word };
+            let is_name = word.starts_with(|c: char| !c.is_ascii_digit());
+            let word = if is_name { word } else { format!("_{word}") };
             let mut id = word.clone();
             for n in 2.. {
                 if !properties.iter().any(|property| property.id == id) {

@@ -38,12 +38,7 @@ impl Entry {
 
     fn take(bytes: &[u8; ENTRY]) -> Option<Self> {
         let mut from = Take(bytes);
-        Some(Self {
-            at: from.u64()?,
-            length: from.u64()?,
-            centre: [from.f64()?, from.f64()?],
-            triangles: from.u64()?,
-        })
+        Some(Self { at: from.u64()?, length: from.u64()?, centre: [from.f64()?, from.f64()?], triangles: from.u64()? })
     }
 }
 
@@ -132,8 +127,8 @@ impl Cell {
         self.count
     }
 
-    /// Splits the cell where it holds too much for a tile.
-    pub(super) fn split(self, folder: &Path) -> io::Result<Split> {
+    /// Splits the cell where it holds too much for a tile, or where its sides are longer than `widest` in units of the CRS.
+    pub(super) fn split(self, folder: &Path, widest: f64) -> io::Result<Split> {
         let Self { file, count, triangles, square, name, level } = self;
         let mut reader = BufReader::new(file);
         let mut next = || -> io::Result<Option<Entry>> {
@@ -141,7 +136,8 @@ impl Cell {
             reader.read_exact(&mut bytes)?;
             Ok(Entry::take(&bytes))
         };
-        if count <= 1 || (count <= MOST_FEATURES && triangles <= MOST_TRIANGLES) {
+        let is_small = count <= MOST_FEATURES && triangles <= MOST_TRIANGLES && 2.0 * square.half <= widest;
+        if count <= 1 || is_small {
             let entries = (0..count).map(|_| next()).collect::<io::Result<Vec<_>>>()?;
             return Ok(Split::Leaf(entries.into_iter().flatten().collect()));
         }
@@ -168,7 +164,7 @@ mod tests {
 
     fn leaves(cell: Cell, folder: &Path, out: &mut Vec<(String, Vec<Entry>)>) {
         let name = cell.name().to_owned();
-        match cell.split(folder).unwrap() {
+        match cell.split(folder, 1e3).unwrap() {
             Split::Leaf(entries) => out.push((name, entries)),
             Split::Cells(cells) => cells.into_iter().for_each(|cell| leaves(cell, folder, out)),
         }
@@ -177,7 +173,9 @@ mod tests {
     fn tree(entries: &[Entry], min: [f64; 2], max: [f64; 2]) -> Vec<(String, Vec<Entry>)> {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = CellWriter::create(folder.path()).unwrap();
-        entries.iter().for_each(|entry| writer.push(*entry).unwrap());
+        for entry in entries {
+            writer.push(*entry).unwrap();
+        }
         let mut out = Vec::new();
         leaves(writer.root(min, max).unwrap(), folder.path(), &mut out);
         out
@@ -193,19 +191,26 @@ mod tests {
         assert_eq!(found, (0..1600).collect::<Vec<u64>>());
         // 1600 features on a square of 40 × 40: quarters of 400 are too large, sixteenths of 100 are not.
         assert_eq!(leaves.len(), 16);
-        assert_eq!(leaves.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()[..5], ["00", "01", "02", "03", "10"]);
+        assert_eq!(
+            leaves.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()[..5],
+            ["00", "01", "02", "03", "10"]
+        );
         assert_eq!(leaves[0].1[0].at, 0);
         assert!(leaves[0].1.iter().all(|entry| entry.centre[0] < 10.0 && entry.centre[1] < 10.0));
     }
 
     #[test]
     fn what_stands_in_one_place_is_dealt_out_in_order() {
-        let entry = |i: u64| Entry { at: i, length: 1, centre: [5.0, 5.0], triangles: if i == 300 { 60_000 } else { 1 } };
+        let entry =
+            |i: u64| Entry { at: i, length: 1, centre: [5.0, 5.0], triangles: if i == 300 { 60_000 } else { 1 } };
         let entries: Vec<Entry> = (0..700).map(entry).collect();
         let leaves = tree(&entries, [5.0, 5.0], [5.0, 5.0]);
         let all: Vec<u64> = leaves.iter().flat_map(|(_, entries)| entries).map(|entry| entry.at).collect();
         assert_eq!(all, (0..700).collect::<Vec<u64>>());
         assert!(leaves.iter().all(|(_, entries)| entries.len() <= 256));
-        assert!(leaves.iter().any(|(_, entries)| entries.len() == 1 && entries[0].at == 300), "too large to share a tile");
+        assert!(
+            leaves.iter().any(|(_, entries)| entries.len() == 1 && entries[0].at == 300),
+            "too large to share a tile"
+        );
     }
 }

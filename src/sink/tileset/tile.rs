@@ -31,8 +31,8 @@ pub(super) enum Detail {
 }
 
 impl Placer<'_> {
-    /// Replaces the vertices of records by those in the frame of the tileset. False for the records, which are dropped, of
-    /// which some vertex has no place on earth.
+    /// Replaces the vertices of records by those in the frame of the tileset. Returns how many records are dropped because
+    /// some vertex of theirs has no place on earth.
     pub(super) fn place(&self, records: &mut Vec<Record>) -> usize {
         let before = records.len();
         for record in records.iter_mut() {
@@ -45,16 +45,12 @@ impl Placer<'_> {
 
     /// The content of a tile, and its bounds in the frame; `None` where there is no triangle.
     pub(super) fn content(&self, records: &[Record], detail: Detail) -> Option<(Content, Bounds)> {
-        let level = |record: &'_ Record| match &record.block {
-            Some(_) if detail == Detail::Fine => 0,
-            Some(_) => 1,
-            None => 0,
-        };
         let levels = || {
-            records.iter().filter_map(move |record| {
-                let level = if level(record) == 1 { record.block.as_ref()? } else { &record.fine };
-                (!level.patches.is_empty()).then_some((record, level))
-            })
+            let shown = records.iter().map(|record| match (&record.block, detail) {
+                (Some(block), Detail::Block) => (record, block),
+                _ => (record, &record.fine),
+            });
+            shown.filter(|(_, level)| !level.patches.is_empty())
         };
         let used = levels().flat_map(|(record, level)| corners(record, level));
         let bounds = Bounds::of(used)?;

@@ -19,7 +19,7 @@ impl Geocentric {
     /// will be transformed.
     ///
     /// Where the heights cannot be carried over (the CRS has none, or the grid of its vertical datum is not installed) they
-    /// are taken for heights above the ellipsoid, and a warning says so.
+    /// are taken for heights above the ellipsoid of its horizontal datum, and a warning says so.
     ///
     /// # Errors
     /// Why there is none.
@@ -36,7 +36,8 @@ impl Geocentric {
         if let Some((found, operation)) = whole.filter(|(found, _)| !found.is_ballpark()) {
             return Ok(Self { operation, metres: 1.0, warnings: inaccuracy(crs, &found, false) });
         }
-        let promoted = flat.and_then(|flat| flat.promoted_to_3d()).ok_or_else(|| format!("{crs} has no horizontal part"))?;
+        let promoted =
+            flat.and_then(|flat| flat.promoted_to_3d()).ok_or_else(|| format!("{crs} has no horizontal part"))?;
         let Some((found, operation)) = best(&promoted, &target, area, &trial) else {
             return Err(format!("PROJ knows no transformation from {crs} to WGS 84 that holds for these coordinates"));
         };
@@ -47,8 +48,8 @@ impl Geocentric {
             (true, grids) => format!("the grid {} is not installed (see PROJ_DATA)", grids.join(" or ")),
         };
         let mut warnings = vec![format!(
-            "heights of {crs} are taken for heights above the ellipsoid, because {why}: the model is too low or too high by \
-             the height of the geoid, tens of metres in most places"
+            "heights of {crs} are taken for heights above the ellipsoid of its datum, because {why}: on earth the model stands \
+             too low or too high by as much as that ellipsoid and the vertical datum differ, up to tens of metres"
         )];
         warnings.extend(inaccuracy(crs, &found, true));
         Ok(Self { operation, metres: crs.metres_per_unit[2], warnings })
@@ -61,7 +62,9 @@ impl Geocentric {
 
     /// Transforms points in place; what cannot be transformed becomes infinite.
     pub fn transform(&self, points: &mut [[f64; 3]]) {
-        points.iter_mut().for_each(|point| point[2] *= self.metres);
+        for [_, _, z] in points.iter_mut() {
+            *z *= self.metres;
+        }
         self.operation.transform_3d(points);
     }
 }
@@ -89,7 +92,9 @@ fn inaccuracy(crs: &Crs, found: &Object, is_horizontal: bool) -> Vec<String> {
     let error = match found.accuracy() {
         Some(metres) if metres <= WARN_FROM_METRES => return Vec::new(),
         Some(metres) => format!("is expected to be off by up to {metres} m"),
-        None if found.is_ballpark() => "leaves out the shift between the datums and may be off by hundreds of metres".into(),
+        None if found.is_ballpark() => {
+            "leaves out the shift between the datums and may be off by hundreds of metres".into()
+        }
         None => "has an unknown accuracy".into(),
     };
     vec![format!("{what} from {crs} to WGS 84 {error}")]

@@ -20,10 +20,10 @@ use proj_sys::{
     proj_context_create, proj_context_destroy, proj_context_errno, proj_context_errno_string,
     proj_context_set_database_path, proj_context_set_enable_network, proj_create, proj_create_compound_crs,
     proj_create_from_wkt, proj_crs_alter_cs_linear_unit, proj_crs_demote_to_2D, proj_crs_get_coordinate_system,
-    proj_crs_get_geodetic_crs, proj_crs_get_sub_crs, proj_crs_promote_to_3D, proj_cs_get_axis_count, proj_cs_get_axis_info, proj_destroy,
-    proj_get_id_auth_name, proj_get_id_code, proj_get_name, proj_get_source_crs, proj_get_type, proj_identify,
-    proj_int_list_destroy, proj_is_equivalent_to_with_ctx, proj_list_destroy, proj_list_get, proj_list_get_count,
-    proj_log_level, proj_string_list_destroy, proj_uom_get_info_from_database,
+    proj_crs_get_geodetic_crs, proj_crs_get_sub_crs, proj_crs_promote_to_3D, proj_cs_get_axis_count,
+    proj_cs_get_axis_info, proj_destroy, proj_get_id_auth_name, proj_get_id_code, proj_get_name, proj_get_source_crs,
+    proj_get_type, proj_identify, proj_int_list_destroy, proj_is_equivalent_to_with_ctx, proj_list_destroy,
+    proj_list_get, proj_list_get_count, proj_log_level, proj_string_list_destroy, proj_uom_get_info_from_database,
 };
 
 pub(super) use operation::Grids;
