@@ -237,6 +237,8 @@ fn outliers_become_noise() {
     bench.tile("a.las", &points);
     let stage = json!({"type": "filters.outlier", "method": "radius", "radius": 1.5, "min_k": 1});
     assert_eq!(bench.column(&[json!("@a.las"), stage], "Classification"), [1.0, 1.0, 1.0, 1.0, 1.0, 7.0]);
+    let nowhere = json!(["@a.las", {"type": "filters.assign", "value": "X = X / 0"}, {"type": "filters.outlier"}]);
+    assert!(bench.fault(&nowhere).contains("not finite at point 0"));
     // Points that `where` leaves out are no neighbours, and stand behind the others.
     let stage = json!({"type": "filters.outlier", "method": "radius", "radius": 1.5, "min_k": 1, "class": 18,
         "where": "X != 1"});

@@ -88,6 +88,12 @@ impl Place {
     pub fn fault(&self, found: impl Into<String>, expected: impl Into<String>) -> InputError {
         InputError::new(&self.file, found, expected).at(self.stage.clone())
     }
+
+    /// The refusal of a point, by its number in the set that came, whose coordinates are not finite.
+    pub fn not_finite(&self, point: usize) -> InputError {
+        let found = format!("coordinates that are not finite at point {point}");
+        self.fault(found, "finite coordinates").remedy("Drop such points with filters.range before")
+    }
 }
 
 /// The options that a stage was given, checked against its table.

@@ -148,6 +148,18 @@ impl Points {
         std::array::from_fn(|axis| self.columns[axis].get(i))
     }
 
+    /// The positions of all points.
+    ///
+    /// # Errors
+    /// The number of the first point with a coordinate that is not finite, which no search for neighbours can do with.
+    pub fn finite_positions(&self) -> Result<Vec<[f64; 3]>, usize> {
+        let finite = |i: usize| {
+            let position = self.position(i);
+            if position.iter().all(|value| value.is_finite()) { Ok(position) } else { Err(i) }
+        };
+        (0..self.len()).map(finite).collect()
+    }
+
     /// Brings the points into a layout: dimensions that they lack are zero, those that it lacks are dropped.
     pub fn conform(&mut self, layout: &Arc<Layout>) {
         if Arc::ptr_eq(&self.layout, layout) {

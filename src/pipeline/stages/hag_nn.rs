@@ -104,6 +104,7 @@ impl Whole for HeightAboveGround {
 
     fn view(&mut self, mut points: Points, context: &Context<'_>) -> Result<Vec<Points>> {
         let [class, height] = self.places;
+        points.finite_positions().map_err(|i| self.values.place().not_finite(i))?;
         let ground: Vec<usize> = (0..points.len()).filter(|&i| points.get(class, i) == self.class).collect();
         let plan = |i: usize| [points.get(0, i), points.get(1, i)];
         let places: Vec<[f64; 2]> = ground.iter().map(|&i| plan(i)).collect();

@@ -6,7 +6,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::error::Result;
-use crate::pipeline::options::{Kind, OptionSpec, Values};
+use crate::pipeline::options::{Kind, OptionSpec, Place, Values};
 use crate::pipeline::points::{NumberType, Points};
 use crate::pipeline::stage::{Context, Flow, Role, Stage, StageKind, Whole};
 
@@ -50,7 +50,12 @@ fn build(values: &Values) -> Result<Stage> {
         Some("radius") => Method::Radius { radius: number("radius"), least: count("min_k") },
         _ => Method::Statistical { neighbours: count("mean_k").max(1), multiplier: number("multiplier") },
     };
-    Ok(Stage::Whole(Box::new(Outlier { method, class: number("class"), place: 0 })))
+    Ok(Stage::Whole(Box::new(Outlier {
+        method,
+        class: number("class"),
+        place_of_stage: values.place().clone(),
+        place: 0,
+    })))
 }
 
 #[derive(Clone, Copy)]
@@ -62,6 +67,7 @@ enum Method {
 struct Outlier {
     method: Method,
     class: f64,
+    place_of_stage: Place,
     /// The place of the class.
     place: usize,
 }
@@ -116,7 +122,7 @@ impl Whole for Outlier {
     }
 
     fn view(&mut self, mut points: Points, context: &Context<'_>) -> Result<Vec<Points>> {
-        let positions: Vec<[f64; 3]> = (0..points.len()).map(|i| points.position(i)).collect();
+        let positions = points.finite_positions().map_err(|i| self.place_of_stage.not_finite(i))?;
         let outliers = self.method.outliers(&positions);
         if outliers.iter().all(|&is_outlier| is_outlier) {
             context.warn("filters.outlier: all points would be noise, so none was marked; a wider radius may help");

@@ -66,7 +66,7 @@ impl Splitter {
         std::array::from_fn(|axis| {
             let from = position[axis] - origin[axis];
             // As PDAL counts: what lies exactly on a border left of the origin belongs to the tile before it.
-            (from / self.length) as i64 - i64::from(from < 0.0)
+            ((from / self.length) as i64).saturating_sub(i64::from(from < 0.0))
         })
     }
 
@@ -83,11 +83,13 @@ impl Splitter {
         let own @ [x, y] = self.tile(position, origin);
         let mut tiles = vec![own];
         if self.buffer > 0.0 {
+            let [west, east] = [x.saturating_sub(1), x.saturating_add(1)];
+            let [south, north] = [y.saturating_sub(1), y.saturating_add(1)];
             // A buffer is less than half a tile, so of opposite neighbours only one can have the point.
             let sides: [&[[i64; 2]]; 3] = [
-                &[[x - 1, y], [x + 1, y]],
-                &[[x, y - 1], [x, y + 1]],
-                &[[x - 1, y - 1], [x - 1, y + 1], [x + 1, y - 1], [x + 1, y + 1]],
+                &[[west, y], [east, y]],
+                &[[x, south], [x, north]],
+                &[[west, south], [west, north], [east, south], [east, north]],
             ];
             tiles.extend(sides.iter().filter_map(|side| side.iter().find(|tile| self.has(**tile, position, origin))));
         }

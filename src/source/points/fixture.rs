@@ -61,7 +61,8 @@ pub(crate) fn write_with(path: &Path, style: Style, points: &[Plain], change: im
     writer.close().unwrap();
 }
 
-/// A COPC file of octree nodes by their keys, over a cube of 100 m, written by hand: the info record, a chunk per node, and the hierarchy.
+/// A COPC file of octree nodes by their keys, over a cube of 100 m, written by hand: the info record, a chunk per node,
+/// and the hierarchy.
 pub(crate) fn write_copc(path: &Path, nodes: &[([i32; 4], Vec<Plain>)]) {
     let style = Style::default();
     let plain = header(style);
@@ -69,14 +70,14 @@ pub(crate) fn write_copc(path: &Path, nodes: &[([i32; 4], Vec<Plain>)]) {
     let vlr = laz::LazVlrBuilder::default().with_laz_items(items).with_variable_chunk_size().build();
     let mut laz_data = Vec::new();
     vlr.write_to(&mut laz_data).unwrap();
-    let record = |user_id: &str, record_id: u16, data: Vec<u8>| las::Vlr {
+    let vlr_of = |user_id: &str, record_id: u16, data: Vec<u8>| las::Vlr {
         user_id: user_id.to_owned(),
         record_id,
         description: String::new(),
         data,
     };
-    let mut builder = las::Builder::from(plain);
-    builder.vlrs = vec![record("copc", 1, vec![0; 160]), record("laszip encoded", 22204, laz_data)];
+    let mut builder = Builder::from(plain);
+    builder.vlrs = vec![vlr_of("copc", 1, vec![0; 160]), vlr_of("laszip encoded", 22204, laz_data)];
     let mut header = builder.into_header().unwrap();
     nodes.iter().flat_map(|(_, points)| points).for_each(|p| header.add_point(&record(&header.clone(), *p)));
     let mut bytes = Vec::new();
