@@ -46,7 +46,7 @@ impl Occupancy for BelowNearest {
     }
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");
     let folder = tempfile::tempdir()?;
     let options = FootprintOptions { filter: Some("id LIKE '%186%'".to_owned()), ..FootprintOptions::default() };

@@ -62,7 +62,7 @@ fn chunks(tile: &Path, mut take: impl FnMut(&[ScanPoint]) -> Result<()>) -> Resu
     outcome
 }
 
-pub fn main() -> std::result::Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> std::result::Result<(), Box<dyn Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");
 
     // Points wait in a temporary file, so there may be more of them than fit in memory.

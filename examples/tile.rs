@@ -29,7 +29,7 @@ impl Observer for Listener {
     }
 }
 
-pub fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data");
     let folder = tempfile::tempdir()?;
     let job = Job {

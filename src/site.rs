@@ -133,7 +133,7 @@ impl Site {
 
     /// The same with a footprint, valid by the simple-feature rules, in local metres.
     #[must_use]
-    pub fn with_footprint(self, footprint: MultiPolygon<f64>) -> Self {
+    pub fn with_footprint(self, footprint: &MultiPolygon<f64>) -> Self {
         Self { footprint: Some(footprint.orient(Direction::Default)), ..self }
     }
 }

@@ -63,7 +63,7 @@ impl GableJob {
         if let Some(text) = crs {
             Crs::parse(text)?;
         }
-        let mut state = self.lock().map_err(|_| unusable("a job in use"))?;
+        let mut state = self.lock().map_err(|()| unusable("a job in use"))?;
         state.crs = crs.map(str::to_owned);
         state.job = Some(job);
         Ok(())

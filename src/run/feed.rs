@@ -116,7 +116,7 @@ impl Feed {
     pub fn finish(self, crs: Option<&str>) -> Result<Fed> {
         let crs = crs.map(Crs::parse).transpose()?;
         let (name, points) = (self.writer.name().to_path_buf(), self.points());
-        let tiles = self.writer.finish(crs, self.covered, self.buildings)?;
+        let tiles = self.writer.finish(crs.as_ref(), self.covered, self.buildings)?;
         Ok(Fed { name, points, tiles })
     }
 }

@@ -115,7 +115,8 @@ impl Harvest {
                     if let Some(building) = building.filter(|_| role.building) {
                         match building {
                             Some(index) => {
-                                harvest.points.entry(index).or_default().push(to_local(&all.frames[index], position))
+                                let local = to_local(&all.frames[index], position);
+                                harvest.points.entry(index).or_default().push(local);
                             }
                             None => dropped.unknown_building += 1,
                         }

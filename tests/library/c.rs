@@ -45,9 +45,9 @@ fn program() -> &'static Path {
 fn write_columns(path: &Path, points: &[ScanPoint]) {
     let mut bytes = (points.len() as u64).to_ne_bytes().to_vec();
     for axis in 0..3 {
-        points.iter().for_each(|point| bytes.extend(point.position[axis].to_ne_bytes()));
+        bytes.extend(points.iter().flat_map(|point| point.position[axis].to_ne_bytes()));
     }
-    points.iter().for_each(|point| bytes.extend(point.building.map_or(-1, i64::from).to_ne_bytes()));
+    bytes.extend(points.iter().flat_map(|point| point.building.map_or(-1, i64::from).to_ne_bytes()));
     bytes.extend(points.iter().map(|point| point.class));
     fs::write(path, bytes).unwrap();
 }

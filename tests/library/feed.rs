@@ -37,13 +37,17 @@ fn what_was_scanned_counts_and_not_what_is_left() {
     // Of a corner of the cloud only the buildings are left: the footprints at its edge reach beyond the points.
     let points = points();
     let mut whole = Extent::EMPTY;
-    points.iter().for_each(|point| whole.grow(point.position));
+    for point in &points {
+        whole.grow(point.position);
+    }
     let half = whole.min[0] + 0.5 * (whole.max[0] - whole.min[0]);
     let buildings = || points.iter().copied().filter(|p| p.class == 6 && p.position[0] < half);
     let incomplete = |areas: &[Extent], name: &str| {
         let mut feed = Feed::new("pushed").unwrap();
         feed.push(buildings()).unwrap();
-        areas.iter().for_each(|area| feed.cover(*area).unwrap());
+        for area in areas {
+            feed.cover(*area).unwrap();
+        }
         let fed = Some(feed.finish(Some("EPSG:7415")).unwrap());
         let job = Job { tiles: Vec::new(), fed, ..quickstart(&folder.path().join(name)) };
         let report = run(&job, &Silent).unwrap();

@@ -92,12 +92,14 @@ impl SpillWriter {
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub fn finish(self, crs: Option<Crs>, covered: Vec<Extent>, buildings: Vec<String>) -> Result<Vec<Tile>> {
+    pub fn finish(self, crs: Option<&Crs>, covered: Vec<Extent>, buildings: Vec<String>) -> Result<Vec<Tile>> {
         let Self { file, name, folder, points, mut parts } = self;
         let file = file.into_inner().map_err(|e| Error::io(folder, "write a temporary file in", e.into_error()))?;
         let spill = Spill(Arc::new(file));
         let mut all = Extent::EMPTY;
-        parts.iter().for_each(|part| all.join(part));
+        for part in &parts {
+            all.join(part);
+        }
         let everything = if covered.is_empty() && !all.is_empty() { vec![all] } else { covered };
         let mut covered = Some(everything);
         let buildings: Arc<[String]> = buildings.into();
@@ -119,7 +121,7 @@ impl SpillWriter {
             Tile {
                 path: name.clone(),
                 header: las::Header::default(),
-                crs: crs.clone(),
+                crs: crs.cloned(),
                 crs_fault: None,
                 extent: (!extent.is_empty()).then_some(*extent),
                 points: count,
