@@ -126,7 +126,12 @@ impl Prepared {
     fn metadata(&self) -> Value {
         let mut stages: Map<String, Value> = Map::new();
         for node in &self.nodes {
-            let own = Value::Object(node.metadata.clone());
+            // A reader whose file a writer reads itself has its header to tell of.
+            let own = match &node.stage {
+                Stage::Reader(reader) if node.runs == 0 => reader.metadata(),
+                _ => node.metadata.clone(),
+            };
+            let own = Value::Object(own);
             match stages.get_mut(node.name) {
                 None => {
                     stages.insert(node.name.to_owned(), own);

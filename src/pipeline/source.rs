@@ -40,7 +40,8 @@ pub(super) struct TileReader {
     /// In one area of each of these lists points must lie.
     wanted: Vec<Vec<Area>>,
     opened: Option<Opened>,
-    read: u64,
+    /// Number of points that were handed on; `None` before.
+    read: Option<u64>,
     is_whole: bool,
 }
 
@@ -74,7 +75,7 @@ impl TileReader {
             no_crs: values.is_on("nosrs"),
             wanted,
             opened: None,
-            read: 0,
+            read: None,
             is_whole: true,
         })
     }
@@ -121,7 +122,7 @@ impl Reader for TileReader {
             files: plain.then(|| vec![file]),
         };
         self.opened = Some(Opened { tile, record, layout: Arc::new(layout), crs });
-        self.read = 0;
+        self.read = None;
         self.is_whole = true;
         Ok(flow)
     }
@@ -160,7 +161,7 @@ impl Reader for TileReader {
             if outcome.is_err() || left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
         outcome?;
-        self.read = given;
+        self.read = Some(given);
         self.is_whole = reading.read >= reading.expected;
         for problem in reading.problems(tile) {
             context.warn(&problem.to_string());
