@@ -41,11 +41,11 @@ Exit codes:
 
 /// What `gable pipeline` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, group(clap::ArgGroup::new("source").required(true).args(["file", "stdin"])))]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     /// The pipeline, a JSON file
-    #[arg(value_name = "FILE", required_unless_present = "stdin", conflicts_with = "stdin")]
+    #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
 
     /// Read the pipeline from standard input

@@ -232,7 +232,9 @@ fn sample_keeps_its_distance() {
 fn outliers_become_noise() {
     let bench = Bench::new();
     let mut points = line(&[1; 5]);
-    points.iter_mut().for_each(|(position, _)| position[2] = 0.0);
+    for (position, _) in &mut points {
+        position[2] = 0.0;
+    }
     points.push(([2.0, 0.0, 50.0], 6));
     bench.tile("a.las", &points);
     let stage = json!({"type": "filters.outlier", "method": "radius", "radius": 1.5, "min_k": 1});
@@ -265,7 +267,7 @@ fn heights_above_ground() {
     assert_eq!(heights(json!({})), [0.0, 0.0, 10.0, 4.0, 4.0]);
     // At x = 1 the squares of the distances are 1 and 4: (10 + 16/4) / (1 + 1/4) = 11.2. At x = 9 they are 36 and 81:
     // (16/36 + 10/81) / (1/36 + 1/81) = 14.153846.
-    assert_eq!(heights(json!({"count": 2})), [0.0, 0.0, 8.8, 4.0, 5.846154]);
+    assert_eq!(heights(json!({"count": 2})), [0.0, 0.0, 8.8, 4.0, 5.846_154]);
     assert_eq!(heights(json!({"count": 2, "allow_extrapolation": false})), [0.0, 0.0, 8.8, 4.0, 0.0]);
     assert_eq!(heights(json!({"count": 2, "max_distance": 1.5})), [0.0, 0.0, 10.0, 4.0, 0.0]);
     assert_eq!(heights(json!({"class": 6}))[0], -10.0);

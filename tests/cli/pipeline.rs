@@ -156,7 +156,9 @@ fn move_all(value: &mut Value, to: &dyn Fn([f64; 2]) -> [f64; 2]) {
         let moved = to([x.as_f64().unwrap(), y.as_f64().unwrap()]);
         *value = json!(moved);
     } else {
-        items.iter_mut().for_each(|item| move_all(item, to));
+        for item in items.iter_mut() {
+            move_all(item, to);
+        }
     }
 }
 

@@ -152,7 +152,7 @@ impl Neural {
         let encoded = self.encode(inputs)?;
         let centroids: Vec<Point3<f64>> = cells.iter().map(|&cell| complex.cell_centroid(cell)).collect();
         let answers = self.query(inputs, &encoded, &centroids)?;
-        let mut means: Vec<Mean> = answers.iter().map(|(answer, _)| Mean::default().and(answer)).collect();
+        let mut means: Vec<Mean> = answers.iter().map(|(answer, _)| Mean::default().and(*answer)).collect();
 
         let median = complex.median_volume();
         let mut open = Vec::new();
@@ -175,7 +175,7 @@ impl Neural {
                 of.resize(places.len(), *slot);
             }
             for (slot, (answer, _)) in of.into_iter().zip(self.query(inputs, &encoded, &places)?) {
-                means[slot] = means[slot].and(&answer);
+                means[slot] = means[slot].and(answer);
             }
             open.retain(|(slot, _)| !means[*slot].is_decided());
         }
@@ -209,7 +209,7 @@ struct Mean {
 }
 
 impl Mean {
-    fn and(self, answer: &Answer) -> Self {
+    fn and(self, answer: Answer) -> Self {
         Self { sum: self.sum + sigmoid(answer.inside.into()), count: self.count + 1.0 }
     }
 

@@ -33,8 +33,16 @@ pub struct Tops<'a> {
     reach: Vec<f64>,
     /// Side of a square, metres: the farthest reach.
     side: f64,
-    /// Per square, its inliers with their primitives, and the height of the highest of them.
-    squares: HashMap<[i64; 2], (f64, Vec<(u32, usize)>)>,
+    squares: HashMap<[i64; 2], Square>,
+}
+
+/// What stands on a square of the plan.
+#[derive(Debug)]
+struct Square {
+    /// Height of the highest inlier.
+    highest: f64,
+    /// The inliers, and their primitives.
+    inliers: Vec<(u32, usize)>,
 }
 
 impl<'a> Tops<'a> {
@@ -46,9 +54,10 @@ impl<'a> Tops<'a> {
         for (label, primitive) in primitives.iter().enumerate() {
             for &index in &primitive.inliers {
                 let Some(point) = points.get(index as usize) else { continue };
-                let square = tops.squares.entry(tops.square(&point.xy())).or_insert((f64::NEG_INFINITY, Vec::new()));
-                square.0 = square.0.max(point.z);
-                square.1.push((index, label));
+                let empty = Square { highest: f64::NEG_INFINITY, inliers: Vec::new() };
+                let square = tops.squares.entry(tops.square(&point.xy())).or_insert(empty);
+                square.highest = square.highest.max(point.z);
+                square.inliers.push((index, label));
             }
         }
         tops
@@ -71,7 +80,7 @@ impl<'a> Tops<'a> {
         let [column, row] = self.square(&point.xy());
         let mut directions: Vec<f64> = Vec::new();
         for square in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j])) {
-            let Some((highest, inliers)) = self.squares.get(&square) else { continue };
+            let Some(Square { highest, inliers }) = self.squares.get(&square) else { continue };
             if *highest <= point.z + HEADROOM {
                 continue;
             }
