@@ -1,6 +1,6 @@
 //! One HTML file to look at a city model in: the model in 3D, what it is worth, and where it is at fault.
 //!
-//! [`build`] reads a CityJSON or CityJSONSeq file of any maker, checks it as [`audit`](crate::audit) does, and puts it into
+//! [`build`] reads a CityJSON or CityJSONSeq file of any maker, checks it as [`audit()`] does, and puts it into
 //! the page of `src/view/page`, which needs no network: the model travels in it as compressed columns. What is shown is what
 //! the file holds; gable's own attributes ([`ATTRIBUTES`](crate::sink::ATTRIBUTES)) open more colourings, and those of other
 //! makers can be coloured by too.
