@@ -149,6 +149,19 @@ fn models_of_others_come_through_whole() {
             after.sort_unstable();
             assert!(before == after, "{}", path.display());
         }
+        // The coordinates without a CRS are taken for some of Austria's.
+        let known = cityjson::features(&path).unwrap().head().reference_system.is_some();
+        for name in ["out.gpkg", "out.obj", "out.3dtiles"] {
+            let crs = (!known).then(|| "EPSG:31256".to_owned());
+            let conversion = Conversion {
+                inputs: vec![path.clone()],
+                output: folder.path().join(name),
+                crs,
+                ..Conversion::default()
+            };
+            let converted = convert(&conversion, &mut |_| {}).unwrap();
+            assert!(converted.written.features > 50 && converted.written.bytes > 100_000, "{converted:?}");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The footprint of a feature in the plane.
 
-use geo::{BooleanOps, LineString, MultiPolygon, Polygon, Winding};
+use geo::orient::Direction;
+use geo::{LineString, Orient, Polygon, Winding, unary_union};
 
 use super::blob::Polygons;
 use crate::sink::Feature;
@@ -29,7 +30,8 @@ pub(super) fn footprint(feature: &Feature, metres: [f64; 3]) -> Polygons<2> {
     if shadow.is_empty() {
         shadow = faces(false);
     }
-    let union = shadow.into_iter().fold(MultiPolygon::new(Vec::new()), |union, polygon| union.union(&polygon));
+    // All at once: one after the other, the thousands of triangles of a terrain would take minutes.
+    let union = unary_union(&shadow);
     union.into_iter().map(rings).collect()
 }
 
@@ -41,7 +43,8 @@ fn flatten(feature: &Feature, face: &Face) -> Option<Polygon> {
     let polygon = Polygon::new(lines.next()?, lines.collect());
     // Coordinates are large: an area that is but their rounding is none.
     let area = geo::Area::unsigned_area(&relative(&polygon)?);
-    (area > f64::EPSILON * 1e3).then_some(polygon)
+    // Seen from above, half of all faces turn the other way.
+    (area > f64::EPSILON * 1e3).then(|| polygon.orient(Direction::Default))
 }
 
 /// A polygon from its first vertex.
@@ -61,4 +64,27 @@ fn rings(polygon: Polygon) -> Vec<Vec<[f64; 2]>> {
         ring
     };
     std::iter::once(&exterior).chain(&holes).map(open).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::cityjson::{CityObject, Geometry, GeometryKind, Shell};
+
+    #[test]
+    fn faces_that_turn_either_way_cover_what_they_cover_together() {
+        // A square of 2 × 2 in two triangles, one of them seen from below, and a wall.
+        let vertices =
+            vec![[10.0, 10.0, 0.0], [12.0, 10.0, 0.0], [12.0, 12.0, 0.0], [10.0, 12.0, 0.0], [12.0, 10.0, 3.0]];
+        let faces = [[0, 1, 2], [0, 3, 2], [0, 1, 4]].map(|ring| Face { rings: vec![ring.to_vec()], surface: None });
+        let shells = vec![Shell { solid: 0, faces: faces.to_vec() }];
+        let geometry = Geometry { lod: "2".into(), kind: GeometryKind::MultiSurface, shells, surfaces: Vec::new() };
+        let object = CityObject { kind: "TINRelief".into(), geometries: vec![geometry], ..CityObject::default() };
+        let feature = Feature { id: String::new(), objects: vec![object], vertices };
+        let [polygon] = footprint(&feature, [1.0; 3]).try_into().unwrap();
+        let [ring]: [Vec<[f64; 2]>; 1] = polygon.try_into().unwrap();
+        let next = ring.iter().cycle().skip(1);
+        let twice: f64 = ring.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum();
+        assert!((twice - 8.0).abs() < 1e-9, "4 m², counter-clockwise: {ring:?}");
+    }
 }
