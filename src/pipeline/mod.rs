@@ -18,7 +18,7 @@
 //! let context = Context { observer: &Silent, command: &[] };
 //! let outcome = Prepared::new(&plan, &context)?.run(&context)?;
 //! assert!(outcome.metadata["stages"]["filters.stats"]["statistic"][0]["count"].as_u64() > Some(1000));
-//! # gable::error::Result::Ok(())
+//! # Ok::<(), gable::error::Error>(())
 //! ```
 //!
 //! | module | holds |

@@ -23,7 +23,7 @@ use crate::source::points::{Extent, ScanPoint, SpillWriter, Tile};
 /// assert_eq!(feed.points(), 1);
 /// let fed = feed.finish(Some("EPSG:7415"))?;
 /// # assert_eq!(fed.points(), 1);
-/// # gable::error::Result::Ok(())
+/// # Ok::<(), gable::error::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct Feed {

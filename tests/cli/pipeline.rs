@@ -217,7 +217,7 @@ fn options_can_be_set_and_results_told() {
         ("pipelines/split.json --filters.crop.bounds=5", "filters.crop"),
         ("pipelines/split.json --filters.splitter.length", "`length`"),
         ("pipelines/quickstart.json --stage.model.footprints=none.gpkg --stage.model.overwrite=maybe", "true or false"),
-        ("", "<FILE>"),
+        ("", "<FILE|--stdin>"),
     ] {
         let run = repository.pipeline(arguments);
         assert_eq!(run.code, 1, "{arguments}: {}", run.err);
