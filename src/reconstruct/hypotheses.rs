@@ -39,6 +39,8 @@ pub struct Hypotheses {
     pub roofs: usize,
     /// How many of the primitives are undersides.
     pub undersides: usize,
+    /// Whether something was seen under a roof: an underside, or a wall that stands back.
+    pub shows_overhang: bool,
     /// How many primitives were detected.
     pub detected: usize,
     /// Which roof primitive is on top where.
@@ -74,6 +76,7 @@ impl Hypotheses {
         let mut hypotheses = Self {
             roofs: roofs.len(),
             undersides: undersides.len(),
+            shows_overhang: !undersides.is_empty(),
             primitives: roofs,
             detected,
             map,
@@ -120,6 +123,7 @@ impl Hypotheses {
                 let [low, high] =
                     seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.z), high.max(p.z)]);
                 self.primitives.push(trace.primitive([low - JUMP_MARGIN, high + JUMP_MARGIN], JUMP_MARGIN));
+                self.shows_overhang = true;
                 jumps.push(trace);
             }
         }

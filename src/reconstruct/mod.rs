@@ -211,9 +211,11 @@ fn lod22(
 }
 
 /// The label of each cell, inside or not, by the cut (paper, section 3.4) that follows these occupancies; `height_field`
-/// says whether nothing may hang over.
+/// says whether nothing may hang over. Nor may anything where the scan saw nothing under a roof: what a field makes of
+/// walls that it must guess is no overhang.
 pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, parameters: &Parameters) -> Vec<bool> {
     let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
+    let height_field = height_field || !hypotheses.shows_overhang;
     let areas = complex.facet_areas();
     let support = facet_support(complex, hypotheses, fixed);
     let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field };

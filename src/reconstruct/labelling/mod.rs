@@ -18,6 +18,10 @@ pub use cavities::fill_cavities;
 /// ground unless there is reason to think otherwise.
 const UNDERCUT: f64 = 4.0;
 
+/// Undersides on which no points were seen are this level at least, as the cosine of their angle to the horizontal: a roof
+/// plane that goes on into the inside is none.
+const LEVEL: f64 = 0.95;
+
 /// How the two terms of the energy are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -140,7 +144,7 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
             [a, b] => network.add_edge(a as usize, b as usize, capacity(cost)),
         }
     }
-    for (facet, &cost) in complex.facets.iter().zip(&terms.smoothness) {
+    for (index, (facet, &cost)) in complex.facets.iter().zip(&terms.smoothness).enumerate() {
         // Planes that are not vertical point up, so that the cell on the negative side is the lower one.
         let upward = complex.planes.get(facet.plane as usize).map_or(0.0, |plane| plane.to_plane().normal.z);
         if let ([below, above], true) = (facet.cells, upward > 0.0)
@@ -149,6 +153,7 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
         {
             let more = match parameters.energy {
                 _ if evidence.height_field => forever,
+                Energy::Normalised if upward < LEVEL && evidence.support(index) < 0.5 => forever,
                 Energy::Normalised => capacity(cost * upward * (UNDERCUT - 1.0)),
                 Energy::Paper => continue,
             };
