@@ -11,3 +11,6 @@ $gable simulate "$@" --generate 1500 --setup full-view --noise 0..0.02 --density
 $gable simulate "$@" --generate 1500 --noise 0..0.05 --density 1..20 --most-points 3000 -o "$out/noisy"
 $gable simulate "$@" --generate 1500 --interface points2surf --near 8 --uniform 8 --cells 2 --density 1..20 \
     --most-points 4000 -o "$out/points2surf"
+# For ABLATIONS.md alone: more samples per cell, so that fewer can be compared with them.
+$gable simulate "$@" --generate 1500 --samples-per-cell 32 --cells 8 --noise 0..0.02 --density 1..20 \
+    --most-points 4000 -o "$out/ablation"
