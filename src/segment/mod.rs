@@ -56,8 +56,8 @@ pub struct Segmentation {
 /// Tiles are read on the threads of the current rayon pool.
 ///
 /// # Errors
-/// An option is out of range; the CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the building classes do not
-/// occur; a tile can no longer be opened.
+/// An option is out of range; the CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the
+/// building classes do not occur; a tile can no longer be opened.
 pub fn segment(
     tiles: &[Tile],
     footprints: Vec<Footprint>,

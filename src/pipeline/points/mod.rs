@@ -194,6 +194,12 @@ impl Points {
         }
     }
 
+    /// Keeps those of the `chosen` points that `keeps` is true for, and all others.
+    pub fn retain_of(&mut self, chosen: &Chosen, mut keeps: impl FnMut(&Self, usize) -> bool) {
+        let kept: Vec<bool> = (0..self.len()).map(|i| !chosen.has(i) || keeps(self, i)).collect();
+        self.retain(&kept);
+    }
+
     /// Copies of the points at `places`, which exist, in that order.
     #[must_use]
     pub fn gather(&self, places: &[usize]) -> Self {

@@ -128,8 +128,7 @@ impl Filter for Crop {
 
     fn chunk(&mut self, points: &mut Points, chosen: &Chosen) -> Result<()> {
         let Some(area) = self.areas.first() else { return Ok(()) };
-        let kept: Vec<bool> = (0..points.len()).map(|i| !chosen.has(i) || self.keeps(area, points, i)).collect();
-        points.retain(&kept);
+        points.retain_of(chosen, |points, i| self.keeps(area, points, i));
         Ok(())
     }
 }

@@ -43,8 +43,7 @@ impl Filter for ExpressionFilter {
 
     fn chunk(&mut self, points: &mut Points, chosen: &Chosen) -> Result<()> {
         let Some(condition) = &self.bound else { return Ok(()) };
-        let kept: Vec<bool> = (0..points.len()).map(|i| !chosen.has(i) || condition.holds(points, i)).collect();
-        points.retain(&kept);
+        points.retain_of(chosen, |points, i| condition.holds(points, i));
         Ok(())
     }
 }

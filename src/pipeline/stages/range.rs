@@ -42,8 +42,7 @@ impl Filter for RangeFilter {
 
     fn chunk(&mut self, points: &mut Points, chosen: &Chosen) -> Result<()> {
         let Some(ranges) = &self.bound else { return Ok(()) };
-        let kept: Vec<bool> = (0..points.len()).map(|i| !chosen.has(i) || ranges.hold(points, i)).collect();
-        points.retain(&kept);
+        points.retain_of(chosen, |points, i| ranges.hold(points, i));
         Ok(())
     }
 }

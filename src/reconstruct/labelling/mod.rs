@@ -111,7 +111,8 @@ struct Terms {
 /// Labels every cell of the complex: true is inside.
 ///
 /// The labelling minimises the energy of `parameters` exactly, under the fixed labels of `evidence`; among several
-/// minima it is the one with the fewest inside cells, so that a cell about which nothing is known stays outside.
+/// minima it is the one with the fewest inside cells, so that a cell about which nothing is known stays outside. In the
+/// normalised energy what hangs over pays more for an underside on which no points were seen, and that must be level.
 /// Afterwards [cavities are filled](fill_cavities).
 pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameters) -> Vec<bool> {
     let terms = match parameters.energy {
