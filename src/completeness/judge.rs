@@ -121,7 +121,7 @@ impl<'a> Judge<'a> {
         is_told.then_some(Fault { z, height: z - highest, points })
     }
 
-    /// Whether most of the ground points of a cell lie under the model with no building point above them.
+    /// Whether at least half of the ground points of a cell lie under the model with no building point above them.
     fn roofed(&self, ground: Range<usize>, tops: &Cover) -> Option<Fault> {
         let indices = self.ground.order.get(ground)?;
         let under = |&index: &u32| {
@@ -131,7 +131,7 @@ impl<'a> Judge<'a> {
             (height > self.limits.height && !is_built()).then_some((index, p.z, height))
         };
         let found: Vec<(u32, f64, f64)> = indices.iter().filter_map(under).collect();
-        (2 * found.len() > indices.len()).then(|| Fault {
+        (!found.is_empty() && 2 * found.len() >= indices.len()).then(|| Fault {
             z: median(found.iter().map(|f| f.1)),
             height: median(found.iter().map(|f| f.2)),
             points: found.iter().map(|f| f.0).collect(),

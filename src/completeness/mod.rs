@@ -7,7 +7,8 @@
 //! - **missing**: most of the top points of the cell lie above the model. Top points are those near the highest of the
 //!   cell: points on a wall below a roof edge say nothing of the roof.
 //! - **excess**: the model lies above every building point around, of which there are some.
-//! - **roofed ground**: most of the ground points of the cell lie under the model with no building point above them.
+//! - **roofed ground**: half of the ground points of the cell, or more, lie under the model with no building point above
+//!   them.
 //!
 //! Cells of one fault that touch make an [`Area`]. A [`Judge`] is made once per building and judges any number of models
 //! of it; its cost grows with the number of points. See [`Limits`] for what "near", "above" and "around" are.

@@ -47,9 +47,9 @@ fn a_model_as_scanned_has_no_fault() {
     let found = judge(&scan(|_, _| Some(6.0)), &[], &flat(6.0));
     // The outermost cells have their centre 0.5 m from the outline.
     assert_eq!(found, Completeness { judged: 80, ..Completeness::default() });
-    // 1 m is not more than 1 m.
-    assert_eq!(judge(&scan(|_, _| Some(7.0)), &[], &flat(6.0)).missing, []);
-    assert_eq!(judge(&scan(|_, _| Some(5.0)), &[], &flat(6.0)).excess, []);
+    // What is less than 1 m off is none.
+    assert_eq!(judge(&scan(|_, _| Some(6.999)), &[], &flat(6.0)).missing, []);
+    assert_eq!(judge(&scan(|_, _| Some(5.001)), &[], &flat(6.0)).excess, []);
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn ground_under_the_model_with_nothing_above_is_roofed() {
     let points = scan(|x, y| (!is_court(x, y)).then_some(6.0));
     let ground = scan(|x, y| is_court(x, y).then_some(0.1));
     let found = judge(&points, &ground, &flat(6.0));
-    // Those at the rim of the court have building points within 0.7 m.
+    // The corners of the court are within 0.7 m of building points.
     assert_eq!((areas(&found.roofed_ground), areas(&found.missing)), (vec![12.0], vec![]));
     assert_eq!(found.roofed_ground[0].place.z, 0.1);
     // A court that is left open, and ground that the laser saw through a glass roof, are no fault.
