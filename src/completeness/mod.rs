@@ -33,6 +33,7 @@ mod areas;
 mod judge;
 mod limits;
 mod roofs;
+mod tally;
 #[cfg(test)]
 mod tests;
 
@@ -40,3 +41,4 @@ pub use areas::{Area, Completeness};
 pub use judge::{Judge, Scan};
 pub use limits::Limits;
 pub use roofs::tops;
+pub use tally::{Count, Counts, Extent, Extents};

@@ -30,6 +30,7 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
+use crate::completeness::{Extents, Judge, Scan, tops};
 use crate::geometry::Aabb;
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
@@ -81,6 +82,10 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     measures.rmse_lod12 = measures::rmse(model.lod12(), &site.points);
     measures.volume_lod22 = volume(model.lod22());
     measures.rmse_lod22 = measures::rmse(model.lod22(), &site.points);
+    measures.completeness = model.lod22().next().is_some().then(|| {
+        let judge = Judge::new(&Scan::of(site), &parameters.completeness);
+        Extents::from(&judge.judge(&tops(model.lod22())))
+    });
     let outcome = match failure {
         None => Outcome::Lod22,
         Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
