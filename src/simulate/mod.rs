@@ -1,8 +1,10 @@
-//! From models to scans: training and test data whose truth is known.
+//! From models to scans: training and test data whose truth is known; and from real scans to training data whose truth is
+//! known in parts.
 //!
 //! ```text
-//! CityJSON, generator ─► Model ─► Placed ─► scan ─► Scan ─► shards for training
+//! CityJSON, generator ─► Model ─► Placed ─► scan ─► Scan ─┬► shards for training
 //!                                  (augmented)            └► LAZ + footprints + reference model
+//! tiles, footprints ─► RealSite ─► thinned copy ───────────► shards for training
 //! ```
 //!
 //! Everything follows from one seed, whatever the number of threads.
@@ -12,6 +14,7 @@ mod mesh;
 mod model;
 mod options;
 mod random;
+mod real;
 mod scan;
 pub mod scans;
 pub mod shards;
@@ -23,6 +26,7 @@ mod truth;
 pub use mesh::Mesh;
 pub use model::{Model, Placed};
 pub use options::{ScanOptions, Setup, SetupChoice};
+pub use real::{RealOptions, RealSite, RealSource, read_tile};
 pub use scan::{Scan, scan};
 pub use source::{GENERATED_PER_TILE, Source, generate, read};
 pub use span::Span;

@@ -40,6 +40,7 @@ fn job(output: &Path, options: ScanOptions) -> Job {
     };
     Job {
         sources: vec![source],
+        real: Vec::new(),
         variants: 2,
         options,
         augment: false,
@@ -110,9 +111,9 @@ fn shards_hold_what_was_asked_and_the_truth() {
     assert_eq!(channels("raster_channels"), RASTER_CHANNELS);
     assert_eq!(channels("place_channels"), PLACE_CHANNELS);
     assert_eq!(channels("patch_channels"), PATCH_CHANNELS);
-    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne"]);
+    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne", "real"]);
     let named = ["interface", "version", "split", "seed", "near", "uniform", "cells", "samples_per_cell"];
-    assert_eq!(named.map(|name| shard.metadata(name)), ["field", "1", "train", "11", "64", "48", "18", "8"]);
+    assert_eq!(named.map(|name| shard.metadata(name)), ["field", "2", "train", "11", "64", "48", "18", "8"]);
     let (r, f, p) = (RASTER_CHANNELS.len() as u64, PLACE_CHANNELS.len() as u64, PATCH_CHANNELS.len() as u64);
     assert_eq!(shard.shape("raster"), [6, r, 32, 32]);
     assert_eq!(shard.shape("subsample"), [6, 1000, 3]);
