@@ -9,9 +9,9 @@ from . import safetensors
 from .interface import Interface, names
 from .safetensors import FormatError
 
-CELL_TENSORS = ("cell_inside", "cell_volume", "cell_vote")
-SCAN_TENSORS = ("scale", "setup", "noise", "density")
-QUERY_TENSORS = ("place", "patch", "radius", "inside", "distance")
+CELL_TENSORS = ("cell_inside", "cell_known", "cell_volume", "cell_vote")
+SCAN_TENSORS = ("scale", "exact", "setup", "noise", "density")
+QUERY_TENSORS = ("place", "patch", "radius", "inside", "known", "distance")
 
 
 @dataclass(frozen=True)

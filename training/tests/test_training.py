@@ -192,6 +192,9 @@ class MetricsTest(unittest.TestCase):
         logit = np.array([[3.0, -3.0, 4.0, 2.0, -1.0, -3.0], [3.0, -3.0, -2.0, -4.0, -1.0, -1.0]])
         truth = {
             "inside": np.array([[1, 0, 1, 1, 0, 0], [0, 0, 1, 1, 0, 0]]),
+            "known": np.ones((2, 6), np.uint8),
+            "exact": np.ones(2, np.uint8),
+            "cell_known": np.ones((2, 2)),
             "distance": np.ones((2, 6)),
             "radius": 2 * np.ones((2, 6)),
             "cell_inside": np.array([[1.0, 0.0], [1.0, 0.0]]),
@@ -236,7 +239,11 @@ class MetricsTest(unittest.TestCase):
         honest = random.normal(0, 2, (4000, 1, 1))
         inside = (random.random((4000, 1)) < metrics.sigmoid(honest[:, :, 0])).astype(float)
         predictions = metrics.Predictions(
-            (3 * honest).reshape(4000, 1), None, {"cell_inside": inside}, Layout(0, 0, 1, 1), ()
+            (3 * honest).reshape(4000, 1),
+            None,
+            {"cell_inside": inside, "known": np.ones((4000, 1)), "cell_known": np.ones((4000, 1))},
+            Layout(0, 0, 1, 1),
+            (),
         )
         self.assertAlmostEqual(metrics.temperature(predictions), 3.0, delta=0.2)
 
