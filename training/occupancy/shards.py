@@ -40,10 +40,12 @@ class Shards:
     def __init__(self, folders, split):
         self.files, described, paths = [], None, []
         for folder in folders_of(folders):
-            found = sorted(folder.glob(f"{split}-*.safetensors"))
-            if not found:
-                raise FormatError(f"{folder}: no {split}-*.safetensors; write the shards with `gable simulate`")
-            paths += found
+            if not any(folder.glob("*.safetensors")):
+                raise FormatError(f"{folder}: no shards; write them with `gable simulate`")
+            paths += sorted(folder.glob(f"{split}-*.safetensors"))
+        if not paths:
+            named = ", ".join(str(folder) for folder in folders_of(folders))
+            raise FormatError(f"{named}: no {split}-*.safetensors; `gable simulate --split` gives every split its share")
         for path in paths:
             tensors, metadata = safetensors.read(path)
             described = described or (path, metadata)
