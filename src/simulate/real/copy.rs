@@ -19,8 +19,7 @@ impl RealSite {
         let found = self.site.points.len() as f64;
         let wanted = (options.density.draw_magnitude(random) * area).min(f64::from(options.most_points));
         let share = (wanted / found.max(1.0)).min(MOST);
-        let mut points: Vec<Point3<f64>> =
-            self.site.points.iter().filter(|_| random.chance(share)).copied().collect();
+        let mut points: Vec<Point3<f64>> = self.site.points.iter().filter(|_| random.chance(share)).copied().collect();
         let holes = if random.chance(options.hole_chance) { options.holes.draw_count(random) } else { 0 };
         for _ in 0..holes {
             let radius = options.hole_radius.draw(random);
@@ -37,7 +36,8 @@ impl RealSite {
             let (distance, angle) = (options.footprint_shift.draw(random), random.unit() * std::f64::consts::TAU);
             outline.translate(distance * angle.cos(), distance * angle.sin())
         });
-        let ground = Ground { height: self.site.ground.height + options.ground_error * random.normal(), ..self.site.ground };
+        let ground =
+            Ground { height: self.site.ground.height + options.ground_error * random.normal(), ..self.site.ground };
         Site { id: id.to_owned(), points, footprint, ground, ..self.site.clone() }
     }
 }

@@ -113,8 +113,10 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
                 manifest.interrupted = true;
                 break;
             }
-            for made in
-                batch.par_iter().map(|(subject, variant)| made(&recipe, *subject, *variant, observer)).collect::<Vec<_>>()
+            for made in batch
+                .par_iter()
+                .map(|(subject, variant)| made(&recipe, *subject, *variant, observer))
+                .collect::<Vec<_>>()
             {
                 match made {
                     Ok(sample) => waiting.push(sample),

@@ -36,12 +36,7 @@ pub(super) fn uniform(truth: &dyn Answers, count: usize, scale: f64, random: &mu
 
 /// Cells whose label is not known beforehand and of which something is known in truth, the same more than once where there
 /// are too few; empty without any.
-pub(super) fn cells(
-    building: &Partitioned,
-    truth: &dyn Answers,
-    sizes: &Sizes,
-    random: &mut Random,
-) -> Vec<CellQuery> {
+pub(super) fn cells(building: &Partitioned, truth: &dyn Answers, sizes: &Sizes, random: &mut Random) -> Vec<CellQuery> {
     let volume = |cell: u32| building.volumes.get(cell as usize).copied().unwrap_or(0.0);
     // Without replacement, by weight (Efraimidis and Spirakis 2006).
     let mut keyed: Vec<(f64, u32)> = building

@@ -117,15 +117,9 @@ impl Recipe<'_> {
     }
 
     /// All questions about a scan.
-    fn asked(
-        &self,
-        site: &Site,
-        truth: &dyn Answers,
-        made: &Conditions,
-        mut random: Random,
-    ) -> Result<Sample, String> {
-        let building = Partitioned::new(site, self.parameters)
-            .map_err(|failure| format!("no partition: {:?}", failure.reason))?;
+    fn asked(&self, site: &Site, truth: &dyn Answers, made: &Conditions, mut random: Random) -> Result<Sample, String> {
+        let building =
+            Partitioned::new(site, self.parameters).map_err(|failure| format!("no partition: {:?}", failure.reason))?;
         let inputs = Inputs::new(&building);
 
         let scale = inputs.scale();
