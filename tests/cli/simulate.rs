@@ -83,7 +83,8 @@ fn real_tiles_become_training_data() {
     let path = |name: &str| folder.path().join(name);
     // Two towns that stand for tiles of a flight.
     for (town, seed) in [("west", "4"), ("east", "5")] {
-        let mut command = command(["simulate", "--generate", "6", "--density", "6", "--setup", "airborne", "--seed", seed]);
+        let mut command =
+            command(["simulate", "--generate", "6", "--density", "6", "--setup", "airborne", "--seed", seed]);
         let run: Run = command.arg("--scans").arg(path(town)).output().unwrap().into();
         assert_eq!(run.code, 0, "{}", run.err);
     }

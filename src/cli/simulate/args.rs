@@ -67,12 +67,16 @@ pub struct Args {
     pub(super) variants: NonZeroUsize,
 
     /// Folder for training data: shards and a manifest
-    #[arg(short, long, value_name = "FOLDER", required_unless_present = "scans")]
+    #[arg(short, long, value_name = "FOLDER", required_unless_present_any = ["scans", "statistics"])]
     pub(super) output: Option<PathBuf>,
 
     /// Folder for one scan of each model as a tile, with footprints and the models as reference
     #[arg(long, value_name = "FOLDER")]
     pub(super) scans: Option<PathBuf>,
+
+    /// File for what the scans look like: figures of the virtual and of the real ones side by side (Markdown)
+    #[arg(long, value_name = "FILE")]
+    pub(super) statistics: Option<PathBuf>,
 
     /// CRS of models that do not name theirs, such as EPSG:31256 (for --scans), or of the real tiles
     #[arg(long, value_name = "CRS", requires = "placed")]
@@ -129,11 +133,11 @@ pub struct Args {
 #[command(next_help_heading = "Real scans")]
 pub(super) struct RealArgs {
     /// Also learn from the buildings of these tiles: LAS, LAZ or COPC files, folders or glob patterns
-    #[arg(long, num_args = 1.., value_name = "TILES", requires_all = ["output", "footprints"])]
+    #[arg(long, num_args = 1.., value_name = "TILES", requires = "footprints")]
     pub(super) real: Vec<String>,
 
     /// Tiles of real scans that are kept for validation, whatever the shares are
-    #[arg(long, num_args = 1.., value_name = "TILES", requires_all = ["output", "footprints"])]
+    #[arg(long, num_args = 1.., value_name = "TILES", requires = "footprints")]
     pub(super) hold_back: Vec<String>,
 
     /// Where the buildings of the real scans stand: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite

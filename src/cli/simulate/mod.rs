@@ -12,7 +12,11 @@ use super::{Outcome, interrupt};
 use crate::error::{Error, InputError, Result};
 use crate::segment::SegmentOptions;
 use crate::simulate::shards::{Job, Manifest, Observer, Sizes, run};
-use crate::simulate::{RealOptions, RealSource, Source, Split, generate, read, read_tile, scans};
+use crate::simulate::{
+    Model, RealOptions, RealSource, Source, Split, Statistics, generate, read, read_tile, scans,
+    table as statistics_table,
+};
+use crate::sink::write_whole;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintOptions};
 use crate::source::points;
@@ -41,6 +45,9 @@ fn simulate(args: &Args) -> Outcome {
     let mut code = 0;
     if let Some(folder) = &args.scans {
         code = code.max(write_scans(args, &sources, folder)?);
+    }
+    if let Some(path) = &args.statistics {
+        write_statistics(args, &sources, &real, path)?;
     }
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
@@ -85,6 +92,17 @@ fn write_scans(args: &Args, sources: &[Source], folder: &Path) -> Outcome {
         ))?;
     }
     Ok(if written.failed.is_empty() { 0 } else { INCOMPLETE })
+}
+
+/// Tells what the scans look like: the virtual ones together, and the real ones tile by tile.
+fn write_statistics(args: &Args, sources: &[Source], real: &[RealSource], path: &Path) -> Result<()> {
+    let models: Vec<&Model> = sources.iter().flat_map(|source| &source.models).collect();
+    let mut columns: Vec<Statistics> =
+        real.iter().map(|source| Statistics::of_real(&source.name, &source.sites)).collect();
+    if !models.is_empty() {
+        columns.push(Statistics::of_models("virtual", &models, &args.conditions.0, args.seed));
+    }
+    write_whole(path, statistics_table(&columns).as_bytes())
 }
 
 fn make_training_data(args: &Args, sources: Vec<Source>, real: Vec<RealSource>, folder: &Path) -> Outcome {

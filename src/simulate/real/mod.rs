@@ -9,7 +9,6 @@
 //! different years are never mixed.
 
 mod copy;
-mod plan;
 mod seen;
 mod source;
 #[cfg(test)]

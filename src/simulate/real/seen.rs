@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
 
+use super::super::plan::Plan;
 use super::RealSite;
-use super::plan::Plan;
 use crate::geometry::Aabb;
 use crate::reconstruct::occupancy::inputs::Outline;
 

@@ -224,7 +224,10 @@ fn of_real_scans_only_a_part_is_known() {
     assert!(manifest.failed.is_empty(), "{:?}", manifest.failed);
     // The building in both tiles is held back with the second, both scans of it.
     assert_eq!(manifest.scans, BTreeMap::from([(Split::Train, 4), (Split::Validation, 6)]));
-    assert_eq!(manifest.sources.iter().map(|s| s.tiling.as_str()).collect::<Vec<_>>(), ["one tile", "one tile, held back"]);
+    assert_eq!(
+        manifest.sources.iter().map(|s| s.tiling.as_str()).collect::<Vec<_>>(),
+        ["one tile", "one tile, held back"]
+    );
 
     let shard = Shard::read(&folder.path().join("validation-00000.safetensors"));
     assert_eq!((shard.bytes("exact"), shard.bytes("setup")), (&[0; 6][..], &[3; 6][..]));
@@ -240,7 +243,8 @@ fn of_real_scans_only_a_part_is_known() {
     assert!(cell_known.iter().any(|known| *known < 0.9) && cell_known.iter().any(|known| *known > 0.9));
     // Flat and even roofs that were seen: the vote is right about most of what is known.
     let right = inside.iter().zip(shard.floats("cell_vote")).zip(&cell_known);
-    let right: f64 = right.map(|((inside, vote), known)| known * f64::from(u8::from((*inside > 0.5) == (vote > 0.5)))).sum();
+    let right: f64 =
+        right.map(|((inside, vote), known)| known * f64::from(u8::from((*inside > 0.5) == (vote > 0.5)))).sum();
     assert!(right / cell_known.iter().sum::<f64>() > 0.85, "{right}");
     // Of a model all is known.
     let virtual_ones = tempfile::tempdir().unwrap();
