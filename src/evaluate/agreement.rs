@@ -6,10 +6,10 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use serde::Serialize;
 
-use super::cover::Cover;
 use super::hausdorff::NearestFace;
 use super::shape::Shape;
 use super::summary::DistanceSummary;
+use crate::geometry::Cover;
 
 /// Agreement of the points inside an outline with the building.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

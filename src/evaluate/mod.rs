@@ -25,7 +25,6 @@
 //! ```
 
 mod agreement;
-mod cover;
 mod evaluation;
 mod faces;
 mod hausdorff;
@@ -38,9 +37,8 @@ mod tiles;
 #[cfg(test)]
 mod tests;
 
-pub use crate::geometry::triangulate;
+pub use crate::geometry::{Cover, triangulate};
 pub use agreement::{Agreement, PointMeter};
-pub use cover::Cover;
 pub use evaluation::{BuildingEvaluation, Evaluation, Overall, OverallReference, ReferenceAgreement, Tops, Typical};
 pub use faces::{FaceCount, count_faces};
 pub use hausdorff::{NearestFace, SurfaceDistance, surface_distance};

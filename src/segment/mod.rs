@@ -1,7 +1,7 @@
 //! Segmentation: tiles and footprints become sites, one per footprint, whatever the tiling.
 //!
-//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, and of the
-//! ground around footprints one point per square metre. What is kept is a set: joining tiles in any order, cutting a
+//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, of the
+//! ground around footprints one point per square metre, and of the ground inside them four. What is kept is a set: joining tiles in any order, cutting a
 //! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
 //! ground around it.
@@ -13,7 +13,6 @@ mod harvest;
 mod naming;
 mod neighbourhood;
 mod options;
-mod prepared;
 mod refuse;
 mod strays;
 mod vegetation;
@@ -113,8 +112,9 @@ fn join(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let gathered: Vec<_> =
-        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
+    let gathered: Vec<_> = (0..footprints.len())
+        .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
+        .collect();
     let (ground, lowest) = (&harvest.ground, &harvest.lowest);
     let mut sites = Vec::with_capacity(footprints.len());
     let mut notes = Vec::with_capacity(footprints.len());
@@ -122,7 +122,7 @@ fn join(
         .into_par_iter()
         .zip(gathered)
         .enumerate()
-        .map(|(index, (footprint, mut points))| {
+        .map(|(index, (footprint, (mut points, inner_ground)))| {
             let mut counts = PointCounts::default();
             let dropped = &mut counts.dropped;
             points.sort_unstable_by(lexicographic);
@@ -138,12 +138,14 @@ fn join(
             dropped.beyond_party_wall =
                 strays::drop_beyond_party_wall(&mut points, &all.prepared[index], options) as u64;
             counts.kept = points.len() as u64;
+            let ground_points = ground::inside(&all.frames[index], inner_ground);
             let (frame, polygon) = (all.frames[index], &all.polygons[index]);
             let site = Site {
                 id: footprint.id,
                 frame,
                 footprint: Some(polygon.clone()),
                 points: points.into_iter().map(Point3::from).collect(),
+                ground_points: ground_points.into_iter().map(Point3::from).collect(),
                 ground,
                 coverage: coverage::coverage(polygon, &frame, &rectangles),
                 attributes: footprint.attributes,

@@ -1,6 +1,6 @@
 //! Which footprints are near a place.
 
-use super::prepared::Prepared;
+use crate::geometry::PreparedPolygon;
 use crate::site::Frame;
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
@@ -48,7 +48,7 @@ pub(super) struct Neighbourhood {
     /// Footprints in local metres.
     pub polygons: Vec<MultiPolygon<f64>>,
     /// The same, prepared.
-    pub prepared: Vec<Prepared>,
+    pub prepared: Vec<PreparedPolygon>,
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -71,7 +71,7 @@ impl Neighbourhood {
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
         Self {
             tree: RTree::bulk_load(boxes.collect()),
-            prepared: polygons.iter().map(Prepared::new).collect(),
+            prepared: polygons.iter().map(PreparedPolygon::new).collect(),
             polygons,
             frames,
             reach: per_unit.map(|m| reach / m),

@@ -57,6 +57,7 @@ impl Scan {
             frame: self.frame,
             footprint: self.footprint.clone(),
             points: self.points.clone(),
+            ground_points: Vec::new(),
             ground: Ground { height: self.ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             attributes: Map::new(),
