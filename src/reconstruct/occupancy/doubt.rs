@@ -3,6 +3,8 @@
 //! A column of the roof map is in doubt
 //! - between its roof and a point that lies more than [`TOLERANCE`] above or below it, unless the roof of a column beside
 //!   it, or a wall of the outline, explains the point; of points below the roof only where none lies on it;
+//! - from such a point, in it or beside it, down to the ground and up to its roof, where the scan shows that something
+//!   hangs over: the vote knows of no overhangs;
 //! - everywhere, where no point lies in it nor in one beside it.
 
 use crate::reconstruct::Hypotheses;
@@ -78,7 +80,14 @@ impl Doubt {
                 return EVERYWHERE;
             }
             let high = column.highest.max(roof);
-            let low = if column.on_roof { roof } else { column.lowest.min(roof) };
+            let hangs_over = || around(i).any(|j| found[j].lowest < roof - TOLERANCE);
+            let low = if hypotheses.shows_overhang && hangs_over() {
+                f64::NEG_INFINITY
+            } else if column.on_roof {
+                roof
+            } else {
+                column.lowest.min(roof)
+            };
             if low < high { [low, high] } else { NOWHERE }
         };
         let stretches = (0..found.len()).map(stretch).collect();

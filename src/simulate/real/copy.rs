@@ -19,34 +19,44 @@ impl RealSite {
         let found = self.site.points.len() as f64;
         let wanted = (options.density.draw_magnitude(random) * area).min(f64::from(options.most_points));
         let share = (wanted / found.max(1.0)).min(MOST);
-        let mut points: Vec<Point3<f64>> = self.site.points.iter().filter(|_| random.chance(share)).copied().collect();
+        let mut thinned = |points: &[Point3<f64>]| -> Vec<Point3<f64>> {
+            points.iter().filter(|_| random.chance(share)).copied().collect()
+        };
+        let [mut points, mut ground_points] = [&self.site.points, &self.site.ground_points].map(|all| thinned(all));
         let holes = if random.chance(options.hole_chance) { options.holes.draw_count(random) } else { 0 };
         for _ in 0..holes {
             let radius = options.hole_radius.draw(random);
             let Some(middle) = points.get(random.below(points.len())).map(Point3::xy) else { break };
-            points.retain(|p| (p.xy() - middle).norm() > radius);
+            for kept in [&mut points, &mut ground_points] {
+                kept.retain(|p| (p.xy() - middle).norm() > radius);
+            }
         }
         if random.chance(options.missing_chance) {
-            crop(&mut points, options.roof_missing.draw(random), random);
+            crop(&mut points, &mut ground_points, options.roof_missing.draw(random), random);
         }
-        points.sort_unstable_by(|a, b| {
-            a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then_with(|| a.z.total_cmp(&b.z))
-        });
+        for kept in [&mut points, &mut ground_points] {
+            kept.sort_unstable_by(|a, b| {
+                a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then_with(|| a.z.total_cmp(&b.z))
+            });
+        }
         let footprint = self.site.footprint.as_ref().filter(|_| random.chance(options.footprint)).map(|outline| {
             let (distance, angle) = (options.footprint_shift.draw(random), random.unit() * std::f64::consts::TAU);
             outline.translate(distance * angle.cos(), distance * angle.sin())
         });
         let ground =
             Ground { height: self.site.ground.height + options.ground_error * random.normal(), ..self.site.ground };
-        Site { id: id.to_owned(), points, footprint, ground, ..self.site.clone() }
+        Site { id: id.to_owned(), points, ground_points, footprint, ground, ..self.site.clone() }
     }
 }
 
-/// Takes this share of the points away, all from one side, as the end of a tile does.
-fn crop(points: &mut Vec<Point3<f64>>, share: f64, random: &mut Random) {
+/// Takes this share of the points away, all from one side, as the end of a tile does; of the ground what lies there.
+fn crop(points: &mut Vec<Point3<f64>>, ground_points: &mut Vec<Point3<f64>>, share: f64, random: &mut Random) {
     let (sin, cos) = (random.unit() * std::f64::consts::TAU).sin_cos();
     let along = |p: &Point3<f64>| p.x * cos + p.y * sin;
     let left = ((1.0 - share.clamp(0.0, 1.0)) * points.len() as f64).round() as usize;
     points.sort_by(|a, b| along(a).total_cmp(&along(b)));
     points.truncate(left);
+    if let Some(end) = points.last().map(&along) {
+        ground_points.retain(|p| along(p) <= end);
+    }
 }

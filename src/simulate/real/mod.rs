@@ -30,10 +30,8 @@ pub use source::{RealOptions, RealSource, read_tile};
 pub struct RealSite {
     /// The tile that it was scanned in.
     pub tile: Arc<str>,
-    /// All its building points, its footprint and its ground.
+    /// All its points, its footprint and its ground.
     pub site: Site,
-    /// Ground points in its footprint, local metres: where nothing is above them, nothing stands.
-    pub open: Vec<Point3<f64>>,
 }
 
 impl RealSite {
@@ -46,9 +44,9 @@ impl RealSite {
         let all = |points: &[Point3<f64>]| points.iter().map(|p| turn * p).collect();
         Self {
             tile: Arc::clone(&self.tile),
-            open: all(&self.open),
             site: Site {
                 points: all(&self.site.points),
+                ground_points: all(&self.site.ground_points),
                 footprint: self.site.footprint.as_ref().map(|outline| map_outline(outline, &turn, &Vector3::zeros())),
                 ..self.site.clone()
             },

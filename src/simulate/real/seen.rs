@@ -43,9 +43,9 @@ pub(in crate::simulate) struct Seen {
 type Heights = [f64; 2];
 
 impl Seen {
-    /// What all points of a site show; `None` for a site without points.
+    /// What all points of a site show, those on the ground too; `None` for a site without building points.
     pub fn new(real: &RealSite) -> Option<Self> {
-        let all: Vec<Point3<f64>> = real.site.points.iter().chain(&real.open).copied().collect();
+        let all: Vec<Point3<f64>> = real.site.points.iter().chain(&real.site.ground_points).copied().collect();
         let mut aabb = Aabb::of(&real.site.points)?;
         aabb.min[2] = aabb.min[2].min(real.site.ground.height);
         let everything = Plan::new(&all, BESIDE);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::RealSite;
 use crate::error::Result;
 use crate::run::agree_on_crs;
-use crate::segment::{BuildingClasses, SegmentOptions, segment};
+use crate::segment::{SegmentOptions, segment};
 use crate::source::footprints::FootprintLayer;
 use crate::source::points::Tile;
 
@@ -51,23 +51,13 @@ pub fn read_tile(path: &Path, options: &RealOptions, held_back: bool) -> Result<
     let (crs, _, mut warnings) = agree_on_crs(tiles, options.crs.as_deref(), layer.crs.as_ref())?;
     warnings.extend(layer.reproject(&crs)?);
     layer.reject_giants(&crs);
-    let found = segment(tiles, layer.footprints.clone(), &crs, &options.segmentation, &|_| ())?;
+    let found = segment(tiles, layer.footprints, &crs, &options.segmentation, &|_| ())?;
     warnings.extend(found.problems.iter().map(ToString::to_string));
-    let on_ground = SegmentOptions {
-        building_classes: BuildingClasses::Listed(options.segmentation.ground_classes.clone()),
-        ground_classes: Vec::new(),
-        ..options.segmentation.clone()
-    };
-    // A cloud that is not classified has no ground points, and so says nothing about open ground.
-    let open = segment(tiles, layer.footprints, &crs, &on_ground, &|_| ()).ok();
-    let mut open = open.map_or_else(Vec::new, |found| found.sites).into_iter();
-
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let tile: Arc<str> = name.as_str().into();
     let mut left_out = BTreeMap::new();
     let mut sites = Vec::new();
     for site in found.sites {
-        let open = open.next().map_or_else(Vec::new, |site| site.points);
         if site.points.is_empty() {
             continue;
         }
@@ -75,7 +65,7 @@ pub fn read_tile(path: &Path, options: &RealOptions, held_back: bool) -> Result<
             *left_out.entry(format!("fewer than {FEWEST_POINTS} building points")).or_default() += 1;
             continue;
         }
-        sites.push(RealSite { tile: Arc::clone(&tile), site, open });
+        sites.push(RealSite { tile: Arc::clone(&tile), site });
     }
     Ok(RealSource { name, sites, left_out, held_back, warnings })
 }

@@ -24,9 +24,10 @@ pub fn real(id: &str, tile: &str) -> RealSite {
     }
     points.extend((0..16).map(|row| Point3::new(5.0, 0.25 + 0.5 * f64::from(row), 4.0)));
     let ring = LineString::from(vec![(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0), (0.0, 0.0)]);
-    let site = Site::new(id, Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] }, points, 0.0)
+    let mut site = Site::new(id, Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] }, points, 0.0)
         .with_footprint(&MultiPolygon(vec![Polygon::new(ring, Vec::new())]));
-    RealSite { tile: tile.into(), site, open }
+    site.ground_points = open;
+    RealSite { tile: tile.into(), site }
 }
 
 #[test]
