@@ -40,6 +40,7 @@ pub use feed::{Fed, Feed};
 pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
+pub(crate) use tiles::agree_on_crs;
 
 /// Does a job: reads, reconstructs, writes the model and the report.
 ///
