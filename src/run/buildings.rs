@@ -5,7 +5,7 @@ use std::time::Duration;
 use rayon::ThreadPool;
 
 use super::checkpoint::{Checkpoint, Record};
-use super::guard::guarded;
+use crate::guard::guarded;
 use super::observer::{Event, Observer, Stage};
 use super::ordered::in_order;
 use crate::building::{Building, Measures, Outcome, Reason};

@@ -17,7 +17,7 @@ use super::sample::{Recipe, Sample};
 use super::{Interface, Sizes};
 use crate::error::{Error, Result};
 use crate::reconstruct::Parameters;
-use crate::run::guarded;
+use crate::guard::guarded;
 use crate::sink::write_whole;
 
 /// Scans between two looks at whether to stop.
