@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::output::{print, say, table, thousands, write_json};
+use super::output::{print, say, table, thousands};
 use super::{Outcome, trial};
 use crate::error::{InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
     TileFilter, Typical, read_shapes,
 };
+use crate::sink::write_json;
 use crate::source::points;
 
 /// How many buildings the table names; the JSON file has all.
