@@ -222,8 +222,7 @@ impl Median {
     fn add(&mut self, value: i32) {
         let middle = self.values[2];
         // The one that makes room is the same as long as the numbers keep to its other side.
-        let (makes_room, stays) =
-            if self.is_largest_next { (4, value < middle) } else { (0, middle < value) };
+        let (makes_room, stays) = if self.is_largest_next { (4, value < middle) } else { (0, middle < value) };
         self.values[makes_room] = value;
         self.values.sort_unstable();
         self.is_largest_next ^= !stays;

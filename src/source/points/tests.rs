@@ -146,7 +146,7 @@ fn what_is_no_tile_is_refused_with_a_reason() {
     assert!(refused(&patched(104, &[0xaa])).contains("point format"));
     assert!(refused(&patched(131, &f64::NAN.to_le_bytes())).contains("coordinate scale"));
     assert!(refused(&patched(105, &[34, 0])).contains("fields of 30 bytes in all, expected 34"));
-    assert!(Tile::open(folder.path()).unwrap_err().to_string().contains("not a file"));
+    assert!(Tile::open(folder.path()).unwrap_err().to_string().contains("a folder, not a file"));
 }
 
 #[test]
@@ -343,6 +343,27 @@ fn arguments_become_sorted_tiles_without_duplicates() {
     assert!(refused("empty").contains("a folder without .las or .laz files"));
     assert!(refused("[").contains("malformed"));
     assert!(expand(&[]).unwrap_err().to_string().contains("no argument"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_lead_back_do_not_make_a_pattern_endless() {
+    let folder = tempdir().unwrap();
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        let inner = folder.path().join(name);
+        fs::create_dir(&inner).unwrap();
+        fs::write(inner.join("tile.laz"), "").unwrap();
+        for back in ["1", "2", "3"] {
+            std::os::unix::fs::symlink("..", inner.join(back)).unwrap();
+        }
+    }
+    let pattern = |tail: &str| folder.path().join(tail).display().to_string();
+    assert_eq!(expand(&[pattern("**/*.laz")]).unwrap().len(), 6);
+    assert_eq!(expand(&[pattern("**/tile.laz")]).unwrap().len(), 6);
+    assert_eq!(expand(&[pattern("a/**/t*.laz")]).unwrap(), [folder.path().join("a/tile.laz")]);
+    // A link before the first wildcard is meant.
+    assert_eq!(expand(&[pattern("a/1/b/**/*.laz")]).unwrap(), [folder.path().join("a/1/b/tile.laz")]);
+    assert!(expand(&[pattern("**/*.las")]).unwrap_err().to_string().contains("matches no .las or .laz file"));
 }
 
 #[test]
