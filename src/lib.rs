@@ -40,6 +40,7 @@ pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;
+mod guard;
 pub mod network;
 pub mod pipeline;
 pub mod reconstruct;

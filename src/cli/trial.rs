@@ -13,13 +13,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
 use super::Outcome;
-use super::output::{duration, print, say, write_json};
+use super::output::{duration, print, say};
 use super::reconstruct::threads;
 use crate::error::{Error, InputError, Result};
 use crate::network::{Field, FieldOptions, NetworkFile};
 use crate::reconstruct::Parameters;
 use crate::reconstruct::occupancy::network::Interface;
 use crate::simulate::{self, Source};
+use crate::sink::write_json;
 use crate::trial::{Column, ColumnFindings, Contender, Figures, Step, Trial, choose, overhanging};
 
 /// What `gable evaluate --field` takes beside models.

@@ -5,11 +5,11 @@ use std::time::Duration;
 use rayon::ThreadPool;
 
 use super::checkpoint::{Checkpoint, Record};
-use super::guard::guarded;
 use super::observer::{Event, Observer, Stage};
 use super::ordered::in_order;
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, Result};
+use crate::guard::guarded;
 use crate::reconstruct::blocks;
 use crate::report::{BuildingReport, Counts, Scope, Stopwatch};
 use crate::site::Site;

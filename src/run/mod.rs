@@ -14,7 +14,6 @@ mod buildings;
 mod checkpoint;
 mod checks;
 mod feed;
-mod guard;
 mod identity;
 mod job;
 mod journal;
@@ -37,7 +36,6 @@ use journal::Journal;
 
 pub use checks::{MOST_THREADS, recording_date};
 pub use feed::{Fed, Feed};
-pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
 pub(crate) use tiles::agree_on_crs;

@@ -1,10 +1,15 @@
 //! What one tile gives to the sites.
 
 use super::counts::PointCounts;
+<<<<<<< HEAD
 use super::ground::{Choice, GROUND_CELL, LOWEST_CELL, OPEN_CELL, Thinned};
+=======
+use super::ground::{GROUND_CELL, LOWEST_CELL};
+>>>>>>> load
 use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};
+use super::thinned::{Choice, Thinned};
 use crate::error::Result;
 use crate::source::points::{Block, Extent, Tile, TileProblem};
 use std::collections::BTreeMap;
@@ -139,7 +144,7 @@ impl Harvest {
                     if role.building && building.is_none() && naming.by_place {
                         for &index in footprints {
                             let local = to_local(&all.frames[index], position);
-                            if all.prepared[index].contains([local[0], local[1]]) {
+                            if all.prepared(index).contains([local[0], local[1]]) {
                                 harvest.points.entry(index).or_default().push(local);
                             }
                         }

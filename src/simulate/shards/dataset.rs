@@ -16,8 +16,8 @@ use super::manifest::{Manifest, SourceRecord};
 use super::sample::{Recipe, Sample, Subject};
 use super::{Interface, Sizes};
 use crate::error::{Error, Result};
+use crate::guard::guarded;
 use crate::reconstruct::Parameters;
-use crate::run::guarded;
 use crate::sink::write_whole;
 
 /// Scans between two looks at whether to stop.
