@@ -3,17 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-<<<<<<< HEAD
 use nalgebra::Point3;
 
 use super::flags::Flags;
-use super::output::{print, say, table, thousands, write_json};
+use super::output::{print, say, table, thousands};
 use super::{Outcome, held_out, trial};
 use crate::completeness::{self, Limits};
-=======
-use super::output::{print, say, table, thousands};
-use super::{Outcome, trial};
->>>>>>> load
 use crate::error::{InputError, Result};
 use crate::evaluate::{
     Agreement, BuildingCompleteness, BuildingEvaluation, CompletenessMeter, DistanceSummary, Evaluation, ModelFile,

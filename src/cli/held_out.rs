@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Outcome;
-use super::output::{print, say, write_json};
+use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::trial::{TrialArgs, markdown};
 use crate::completeness::{Count, Limits};
@@ -14,6 +14,7 @@ use crate::error::{InputError, Result};
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, sites};
 use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::sink::write_json;
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 use crate::trial::{HeldOutField, HeldOutFigures, HeldOutTrial, Holding};

@@ -111,7 +111,8 @@ fn ground_under_the_model_with_nothing_above_is_roofed() {
 
 #[test]
 fn areas_apart_are_counted_apart_and_small_ones_left_out() {
-    let is_high = |x: f64, y: f64| (2.0..4.0).contains(&x) && y >= 2.0 && y < 4.0 || (8.0..9.0).contains(&x) && y < 2.0;
+    let is_high =
+        |x: f64, y: f64| (2.0..4.0).contains(&x) && (2.0..4.0).contains(&y) || (8.0..9.0).contains(&x) && y < 2.0;
     let points = scan(|x, y| Some(if is_high(x, y) { 9.0 } else { 6.0 }));
     // Of the second, one cell lies too near the outline.
     assert_eq!(areas(&judge(&points, &[], &flat(6.0)).missing), [4.0, 1.0]);

@@ -51,4 +51,4 @@ pub use outlines::Outlines;
 pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
-pub use tiles::{TileFilter, stream_points};
+pub use tiles::{Classified, TileFilter, stream_points};

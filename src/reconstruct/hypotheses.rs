@@ -4,9 +4,9 @@ use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
 use super::complex::{Complex, PlaneId};
+use super::primitives::enclosure;
 use super::primitives::height_jumps::{self, JumpOptions};
 use super::primitives::roof_map::RoofMap;
-use super::primitives::enclosure;
 use super::primitives::trace::{self, Trace};
 use super::primitives::walls::Walls;
 use super::primitives::{Extent, Primitive, PrimitiveKind};
@@ -192,7 +192,8 @@ fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>
 /// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing; `region`
 /// holds corners of the convex hull of that.
 fn reach(roof: &mut Primitive, region: &[Point2<f64>]) {
-    let hull = geo::ConvexHull::convex_hull(&region.iter().map(|p| geo::Point::new(p.x, p.y)).collect::<geo::MultiPoint>());
+    let hull =
+        geo::ConvexHull::convex_hull(&region.iter().map(|p| geo::Point::new(p.x, p.y)).collect::<geo::MultiPoint>());
     let corners: Vec<Point3<f64>> = hull
         .exterior()
         .coords()

@@ -153,7 +153,9 @@ mod tests {
     fn a_slope_that_was_too_small_is_found_and_what_bears_no_plane_becomes_level() {
         let mut points = grid([0, 6], [0, 3], |x, _| 9.0 + x);
         let slope: Vec<u32> = (0..points.len() as u32).collect();
-        points.extend([[8.0, 0.0, 4.1], [8.4, 0.7, 4.5], [9.0, 0.2, 4.2], [8.2, 1.0, 4.4], [8.9, 1.1, 30.0]].map(Point3::from));
+        points.extend(
+            [[8.0, 0.0, 4.1], [8.4, 0.7, 4.5], [9.0, 0.2, 4.2], [8.2, 1.0, 4.4], [8.9, 1.1, 30.0]].map(Point3::from),
+        );
         let clutter: Vec<u32> = (slope.len() as u32..points.len() as u32).collect();
         let none = Primitive {
             kind: PrimitiveKind::Detected,

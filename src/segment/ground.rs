@@ -5,15 +5,8 @@
 
 use super::neighbourhood::{Neighbourhood, to_local};
 use super::options::SegmentOptions;
-<<<<<<< HEAD
-use crate::site::{Frame, Ground, GroundSource};
-use std::cmp::Ordering;
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
-=======
 use super::thinned::Thinned;
-use crate::site::{Ground, GroundSource};
->>>>>>> load
+use crate::site::{Frame, Ground, GroundSource};
 
 /// Side of the cells of the ground, metres.
 pub(super) const GROUND_CELL: f64 = 1.0;
@@ -60,9 +53,9 @@ pub(super) fn estimate(
 }
 
 /// The ground points inside a footprint, in its local frame, sorted by x, y, z.
-pub(super) fn inside(frame: &Frame, ground: Option<Thinned>) -> Vec<[f64; 3]> {
-    let kept = ground.into_iter().flat_map(|ground| ground.cells.into_values());
-    let mut points: Vec<_> = kept.map(|position| to_local(frame, position)).collect();
+pub(super) fn inside(frame: &Frame, ground: Option<&Thinned>) -> Vec<[f64; 3]> {
+    let kept = ground.map_or_else(Vec::new, |ground| ground.points().collect());
+    let mut points: Vec<_> = kept.into_iter().map(|position| to_local(frame, position)).collect();
     points.sort_unstable_by(super::lexicographic);
     points
 }

@@ -1,11 +1,7 @@
 //! What one tile gives to the sites.
 
 use super::counts::PointCounts;
-<<<<<<< HEAD
-use super::ground::{Choice, GROUND_CELL, LOWEST_CELL, OPEN_CELL, Thinned};
-=======
-use super::ground::{GROUND_CELL, LOWEST_CELL};
->>>>>>> load
+use super::ground::{GROUND_CELL, LOWEST_CELL, OPEN_CELL};
 use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};

@@ -115,61 +115,22 @@ fn join(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-<<<<<<< HEAD
     let gathered: Vec<_> = (0..footprints.len())
         .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
         .collect();
-    let (ground, lowest) = (&harvest.ground, &harvest.lowest);
-    let mut sites = Vec::with_capacity(footprints.len());
-    let mut notes = Vec::with_capacity(footprints.len());
-    let finished: Vec<_> = footprints
-=======
-    let gathered: Vec<_> =
-        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
     let counts = Mutex::new(harvest.counts);
     let finished: Vec<Finished> = gathered
->>>>>>> load
         .into_par_iter()
         .enumerate()
-<<<<<<< HEAD
-        .map(|(index, (footprint, (mut points, inner_ground)))| {
-            let mut counts = PointCounts::default();
-            let dropped = &mut counts.dropped;
-            points.sort_unstable_by(lexicographic);
-            dropped.duplicate = without(&mut points, Vec::dedup);
-            let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
-            let ground = ground::estimate(index, &all, ground, lowest, lowest_point, options);
-            if options.building_classes.is_any() {
-                let least = ground.height + options.least_height;
-                dropped.low = without(&mut points, |points| points.retain(|p| p[2] >= least));
-                dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
-            }
-            dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
-            dropped.beyond_party_wall =
-                strays::drop_beyond_party_wall(&mut points, &all.prepared[index], options) as u64;
-            counts.kept = points.len() as u64;
-            let ground_points = ground::inside(&all.frames[index], inner_ground);
-            let (frame, polygon) = (all.frames[index], &all.polygons[index]);
-            let site = Site {
-                id: footprint.id,
-                frame,
-                footprint: Some(polygon.clone()),
-                points: points.into_iter().map(Point3::from).collect(),
-                ground_points: ground_points.into_iter().map(Point3::from).collect(),
-                ground,
-                coverage: coverage::coverage(polygon, &frame, &rectangles),
-                attributes: footprint.attributes,
-            };
-            (site, footprint.notes, counts)
-=======
-        .map(|(index, points)| {
-            let (finished, count) =
+        .map(|(index, (points, inner_ground))| {
+            let (mut finished, count) =
                 finish(index, points, &all, (&harvest.ground, &harvest.lowest), &rectangles, options);
             if let Some(count) = count {
                 counts.lock().unwrap_or_else(PoisonError::into_inner).add(&count);
             }
+            let ground_points = ground::inside(&all.frames[index], inner_ground.as_ref());
+            finished.ground_points = ground_points.into_iter().map(Point3::from).collect();
             finished
->>>>>>> load
         })
         .collect();
     let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -177,9 +138,10 @@ fn join(
     let mut notes = Vec::with_capacity(footprints.len());
     let places = all.frames.into_iter().zip(all.polygons);
     for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
-        let Finished { points, ground, coverage } = finished;
+        let Finished { points, ground_points, ground, coverage } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
-        sites.push(Site { id, frame, footprint: Some(polygon), points, ground, coverage, attributes });
+        let polygon = Some(polygon);
+        sites.push(Site { id, frame, footprint: polygon, points, ground_points, ground, coverage, attributes });
         notes.push(footprint.notes);
     }
     let mut problems = harvest.problems;
@@ -190,6 +152,7 @@ fn join(
 /// What is known of the place of one footprint.
 struct Finished {
     points: Vec<Point3<f64>>,
+    ground_points: Vec<Point3<f64>>,
     ground: Ground,
     coverage: Coverage,
 }
@@ -223,7 +186,7 @@ fn finish(
     counts.kept = points.len() as u64;
     let coverage = coverage::coverage(&all.polygons[index], &all.frames[index], rectangles);
     let points = points.into_iter().map(Point3::from).collect();
-    (Finished { points, ground, coverage }, has_points.then_some(counts))
+    (Finished { points, ground_points: Vec::new(), ground, coverage }, has_points.then_some(counts))
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

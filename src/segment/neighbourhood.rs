@@ -48,13 +48,8 @@ pub(super) struct Neighbourhood {
     pub frames: Vec<Frame>,
     /// Footprints in local metres.
     pub polygons: Vec<MultiPolygon<f64>>,
-<<<<<<< HEAD
-    /// The same, prepared.
-    pub prepared: Vec<PreparedPolygon>,
-=======
     /// The same, prepared: those far from all points never are.
-    prepared: Vec<OnceLock<Box<Prepared>>>,
->>>>>>> load
+    prepared: Vec<OnceLock<Box<PreparedPolygon>>>,
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -77,11 +72,7 @@ impl Neighbourhood {
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
         Self {
             tree: RTree::bulk_load(boxes.collect()),
-<<<<<<< HEAD
-            prepared: polygons.iter().map(PreparedPolygon::new).collect(),
-=======
             prepared: polygons.iter().map(|_| OnceLock::new()).collect(),
->>>>>>> load
             polygons,
             frames,
             reach: per_unit.map(|m| reach / m),
@@ -90,8 +81,8 @@ impl Neighbourhood {
     }
 
     /// Footprint `index` in its local frame, prepared.
-    pub fn prepared(&self, index: usize) -> &Prepared {
-        self.prepared[index].get_or_init(|| Box::new(Prepared::new(&self.polygons[index])))
+    pub fn prepared(&self, index: usize) -> &PreparedPolygon {
+        self.prepared[index].get_or_init(|| Box::new(PreparedPolygon::new(&self.polygons[index])))
     }
 
     /// Whether something is wanted of the rectangle.

@@ -13,9 +13,10 @@ pub fn around(corners: &[Point2<f64>], main: &[Vector2<f64>]) -> Vec<Trace> {
     let rectangle = |along: &Vector2<f64>| {
         let across = Vector2::new(-along.y, along.x);
         let range = |axis: &Vector2<f64>| {
-            corners.iter().map(|p| axis.dot(&p.coords)).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
-                [low.min(t), high.max(t)]
-            })
+            corners
+                .iter()
+                .map(|p| axis.dot(&p.coords))
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)])
         };
         let ([a, b], [c, d]) = (range(along), range(&across));
         let at = |s: f64, t: f64| Point2::from(along * s + across * t);

@@ -150,12 +150,11 @@ impl RoofMap {
         for (row, labels) in self.labels.chunks_exact(self.columns).enumerate() {
             for (column, &label) in labels.iter().enumerate() {
                 let Some(span) = spans.get_mut(label as usize) else { continue };
-                match span {
-                    Some([_, last]) => *last = column,
-                    None => {
-                        *span = Some([column, column]);
-                        seen.push(label as usize);
-                    }
+                if let Some([_, last]) = span {
+                    *last = column;
+                } else {
+                    *span = Some([column, column]);
+                    seen.push(label as usize);
                 }
             }
             for label in seen.drain(..) {

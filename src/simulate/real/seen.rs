@@ -72,7 +72,7 @@ impl Seen {
         if p.z < self.ground - GROUND {
             return Some(false);
         }
-        if self.from_outline(&p.xy()).is_some_and(|within| within < EDGE) {
+        if self.distance_from_outline(&p.xy()).is_some_and(|within| within < EDGE) {
             return None;
         }
         let [low, high] = self.heights(&p.xy())?;
@@ -98,7 +98,7 @@ impl Seen {
         &self.tops
     }
 
-    fn from_outline(&self, p: &Point2<f64>) -> Option<f64> {
+    fn distance_from_outline(&self, p: &Point2<f64>) -> Option<f64> {
         self.outline.as_ref().map(|outline| outline.distance(p))
     }
 
