@@ -200,6 +200,6 @@ fn random_damage_to_a_flatgeobuf_file() {
     let cut_off = run_in(folder.path(), "house.laz", "f.fgb", "");
     assert_ends(&cut_off, 2, &["f.fgb: it is cut off: 1 of 3 features are missing"]);
     std::fs::write(folder.path().join("f.fgb"), bytes).unwrap();
-    assert!(run_in(folder.path(), "house.laz", "f.fgb", "").code != 1);
+    assert!(run_in(folder.path(), "house.laz", "f.fgb", "--overwrite").code != 1);
     survives(folder.path(), "house.laz", "f.fgb", "f.fgb", 9);
 }

@@ -25,6 +25,8 @@ const FEWEST: usize = 3;
 const NEAREST: usize = 8;
 /// … if they lie within this of it (root mean square), metres.
 const FLAT: f64 = 0.12;
+/// A plane that rises more than this, metres per metre, is no roof: two rows of points make one across any jump.
+const STEEPEST: f64 = 1.75;
 /// Least half-width of the band around a height in which noise decides, metres.
 const NOISE: f64 = 0.08;
 
@@ -144,6 +146,9 @@ fn plane(offsets: &[Vector3<f64>], reach: f64) -> Option<Heights> {
         return None;
     }
     let fit = normal.try_inverse()? * right;
+    if fit.y.hypot(fit.z) > STEEPEST {
+        return None;
+    }
     let squares: f64 =
         offsets.iter().map(|o| (o.z - mean.z - fit.x - fit.y * o.x - fit.z * o.y).powi(2)).sum::<f64>() / count;
     let residual = squares.sqrt();
