@@ -190,7 +190,7 @@ fn lod22(
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
-        let faults = validate::check(&shell.solid, &validate::Tolerances::default());
+        let faults = validate::check(&shell.solid, &validate::Tolerances::written());
         if let Some(first) = faults.first() {
             let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
             codes.sort_unstable();

@@ -1,0 +1,152 @@
+//! Flattens faces that the rounding of their vertices folded: slivers of a face a fraction of a millimetre high, whose apex
+//! rounding moved off the plane by as much.
+//!
+//! They are no part of the shape, but a validator that does not know the grid calls them folds (204).
+
+use crate::solid::Solid;
+use crate::validate::polygon::{self, Turn};
+use crate::validate::{Tolerances, ring};
+
+/// No triangle of a face turns from its plane by more than this, degrees: well below what validators allow.
+const MOST: f64 = 15.0;
+
+/// How many steps along each axis a vertex may be moved.
+const FAR: i64 = 3;
+
+/// Vertices no farther apart than this are one to validators, metres, with a hair for the comparison.
+const APART: f64 = 0.001_01;
+
+/// Moves vertices by a few grid steps where that makes a fold flat and breaks nothing else. What cannot be flattened so is
+/// left to the check before writing.
+pub(super) fn unfold(solid: &mut Solid) {
+    // Every move flattens a face for good or makes the worst one flatter.
+    for _ in 0..solid.faces.len() {
+        let folded = solid.faces.iter().filter_map(|face| polygon::steepest(solid, face, false));
+        let Some(worst) = folded.filter(|turn| turn.angle > MOST).max_by(|a, b| a.angle.total_cmp(&b.angle)) else {
+            return;
+        };
+        let Some((vertex, place)) = best_move(solid, &worst) else { return };
+        solid.vertices[vertex as usize] = place;
+    }
+}
+
+/// The move of a corner of a triangle that leaves the faces around flattest, if they are flatter than the triangle; the
+/// shortest of equal ones.
+fn best_move(solid: &Solid, worst: &Turn) -> Option<(u32, [i64; 3])> {
+    let mut trial = solid.clone();
+    let mut best: Option<(f64, i64, u32, [i64; 3])> = None;
+    for vertex in worst.triangle {
+        let around: Vec<usize> =
+            (0..solid.faces.len()).filter(|&f| solid.faces[f].rings.iter().flatten().any(|&v| v == vertex)).collect();
+        let from = solid.vertices[vertex as usize];
+        for by in moves() {
+            let place: [i64; 3] = std::array::from_fn(|i| from[i] + by[i]);
+            let length = by.iter().map(|b| b * b).sum();
+            trial.vertices[vertex as usize] = place;
+            if let Some(angle) = flatness(&trial, vertex, &around).filter(|angle| *angle < worst.angle)
+                && best.is_none_or(|(a, l, ..)| (angle.max(MOST), length) < (a.max(MOST), l))
+            {
+                best = Some((angle, length, vertex, place));
+            }
+        }
+        trial.vertices[vertex as usize] = from;
+    }
+    best.map(|(.., vertex, place)| (vertex, place))
+}
+
+fn moves() -> impl Iterator<Item = [i64; 3]> {
+    let range = || -FAR..=FAR;
+    range().flat_map(move |x| range().flat_map(move |y| range().map(move |z| [x, y, z]))).filter(|by| *by != [0; 3])
+}
+
+/// The largest angle of the triangles of the faces around a vertex, degrees; `None` if a face is faulty otherwise than by a
+/// fold, or the vertex stands on another.
+fn flatness(solid: &Solid, vertex: u32, around: &[usize]) -> Option<f64> {
+    let at = solid.point(vertex);
+    let alone = |v: u32| v == vertex || (solid.point(v) - at).norm() > APART;
+    if !(0..solid.vertices.len() as u32).all(alone) {
+        return None;
+    }
+    let tolerances = Tolerances { normals: 180.0, ..Tolerances::written() };
+    let mut largest = 0.0f64;
+    for &f in around {
+        let (face, id) = (&solid.faces[f], f as u32);
+        if !ring::check(solid, id, face, &tolerances).is_empty()
+            || !polygon::check(solid, id, face, &tolerances).is_empty()
+        {
+            return None;
+        }
+        largest = largest.max(polygon::steepest(solid, face, false).map_or(0.0, |turn| turn.angle));
+    }
+    Some(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::solid::Face;
+    use crate::validate::check;
+
+    /// A house of 10 × 8 m with a gable roof, on a grid of 0.1 mm, with a vertex more `off` steps beside its eaves.
+    fn house(along: i64, off: [i64; 3]) -> Solid {
+        let vertices = vec![
+            [0, 0, 0],
+            [100_000, 0, 0],
+            [100_000, 80_000, 0],
+            [0, 80_000, 0],
+            [0, 0, 30_000],
+            [100_000, 0, 30_000],
+            [100_000, 80_000, 30_000],
+            [0, 80_000, 30_000],
+            [0, 40_000, 60_000],
+            [100_000, 40_000, 60_000],
+            [along + off[0], off[1], 30_000 + off[2]],
+        ];
+        let rings: [&[u32]; 7] = [
+            &[3, 2, 1, 0],
+            &[0, 1, 5, 10, 4],
+            &[1, 2, 6, 9, 5],
+            &[2, 3, 7, 6],
+            &[3, 0, 4, 8, 7],
+            &[4, 10, 5, 9, 8],
+            &[6, 7, 8, 9],
+        ];
+        let faces = rings.iter().map(|ring| Face { rings: vec![ring.to_vec()], surface: 0 }).collect();
+        Solid { step: [1e-4; 3], vertices, faces, surfaces: Vec::new() }
+    }
+
+    #[test]
+    fn a_fold_of_a_step_is_flattened() {
+        // The vertex is a step before the eaves and one above them: 45° to the wall, and more to the slope.
+        let mut folded = house(40_000, [0, -1, 1]);
+        let found: Vec<u16> = check(&folded, &Tolerances::written()).iter().map(|fault| fault.code).collect();
+        assert_eq!(found, [204, 204]);
+        unfold(&mut folded);
+        assert_eq!(check(&folded, &Tolerances::written()), []);
+        // What is flat stays.
+        let flat = house(40_000, [0, 0, 0]);
+        let mut same = flat.clone();
+        unfold(&mut same);
+        assert_eq!(flat, same);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn no_fold_is_left_and_nothing_moves_far(
+            along in 2_000..98_000i64,
+            off in prop::array::uniform3(-2..=2i64),
+        ) {
+            let folded = house(along, off);
+            let mut flat = folded.clone();
+            unfold(&mut flat);
+            prop_assert_eq!(check(&flat, &Tolerances::written()), []);
+            for (a, b) in folded.vertices.iter().zip(&flat.vertices) {
+                prop_assert!((0..3).all(|i| (a[i] - b[i]).abs() <= 2 * FAR));
+            }
+        }
+    }
+}
