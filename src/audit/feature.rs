@@ -52,6 +52,9 @@ pub(super) fn check(
             let before = errors.len();
             let solids =
                 geometry_faults(model, &grid, (object, geometry), &id, options, [&mut errors, &mut semantic_errors]);
+            if options.first_level {
+                keep_first_level(&mut errors, before);
+            }
             let valid = errors.len() == before;
             primitives.push(Primitive { object, geometry, id, solids, valid });
         }
@@ -67,6 +70,15 @@ pub(super) fn check(
         semantic_errors,
         primitives: primitives.iter().map(|p| (name(&p.geometry.kind), p.valid)).chain(instances).collect(),
     }
+}
+
+/// Of the findings from `start` on, those of the lowest level. What cannot be read (9xx) belongs to none and stays.
+fn keep_first_level(findings: &mut Vec<Finding>, start: usize) {
+    let level = |finding: &Finding| finding.code / 100;
+    let Some(first) = findings[start..].iter().map(level).min() else { return };
+    let mut of_geometry = findings.split_off(start);
+    of_geometry.retain(|finding| level(finding) == first || level(finding) == 9);
+    findings.append(&mut of_geometry);
 }
 
 pub(super) fn name(kind: &GeometryKind) -> &'static str {

@@ -39,13 +39,15 @@ pub struct Options {
     pub tolerances: Tolerances,
     /// How far solids and building parts may overlap, metres.
     pub overlap: f64,
+    /// Of each geometry only the faults of the lowest level (rings, polygons, shells, …) that has any, as val3dity does.
+    pub first_level: bool,
 }
 
 impl Default for Options {
     /// The default tolerances; an overlap of 1 mm, that of the snap tolerance, is no overlap.
     fn default() -> Self {
         let tolerances = Tolerances::default();
-        Self { tolerances, overlap: tolerances.snap }
+        Self { tolerances, overlap: tolerances.snap, first_level: false }
     }
 }
 

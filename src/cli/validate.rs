@@ -54,6 +54,10 @@ pub struct Args {
     #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
     overlap: f64,
 
+    /// Of each geometry show only the first level that fails (rings, polygons, shells, …), as val3dity does
+    #[arg(long)]
+    first_level: bool,
+
     /// Faults of labels and attributes make a file invalid too
     #[arg(long)]
     strict: bool,
@@ -118,7 +122,7 @@ fn options(args: &Args) -> Result<Options> {
         }
     }
     let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals, rounding: true };
-    Ok(Options { tolerances, overlap: args.overlap })
+    Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level })
 }
 
 /// A report for a person.

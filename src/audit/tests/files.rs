@@ -68,7 +68,9 @@ fn an_overlap_is_one_on_any_grid() {
     for (step, shared) in [(1.0, 0), (0.001, 1), (0.0001, 10)] {
         assert_eq!(pair(step, shared, false, &Options::default()), [NONE; 2], "{shared} steps of {step}");
     }
-    let exact = Options { overlap: 0.0, ..Options::default() };
+    // Without the snap distance, within which the boxes would be drawn together.
+    let tolerances = Tolerances { snap: 0.0, ..Tolerances::default() };
+    let exact = Options { overlap: 0.0, tolerances, ..Options::default() };
     assert_eq!(pair(1e-6, 1, false, &exact), [[601], [501]]);
     assert_eq!(pair(1e-6, 0, false, &exact), [NONE; 2]);
 }
@@ -86,7 +88,8 @@ proptest! {
     ) {
         let step = 10f64.powi(-decimals);
         // As many whole steps, or half a one more.
-        let options = Options { overlap: tolerance as f64 * step / 2.0, ..Options::default() };
+        let tolerances = Tolerances { snap: 0.0, ..Tolerances::default() };
+        let options = Options { overlap: tolerance as f64 * step / 2.0, tolerances, ..Options::default() };
         prop_assume!(shared as f64 * step < 5.0 && (step < 0.5 || shared > 0));
         let found = pair(step, shared, false, &options);
         let expected = if 2 * shared > tolerance { [vec![601], vec![501]] } else { [vec![], vec![]] };
@@ -149,6 +152,17 @@ fn a_file_without_transform_is_cityjson_1_0_only() {
         assert!(!report.validity && fault.code == 901 && fault.info.contains("transform"), "{fault:?}");
         assert!(report.features[0].validity, "what can be checked is");
     }
+}
+
+#[test]
+fn the_first_level_may_be_enough() {
+    // A ring that collapsed opens its shell.
+    let file = boxed(0.001, |file| set(file, &format!("{GEOMETRY}/boundaries/0/1/0"), json!([4, 5, 6, 5])));
+    let codes = |first_level| {
+        let options = Options { first_level, ..Options::default() };
+        audit(file.path(), &options, &mut |_, _| {}).unwrap().all_errors.into_iter().collect::<Vec<u16>>()
+    };
+    assert_eq!((codes(false), codes(true)), (vec![104, 302], vec![104]));
 }
 
 #[test]

@@ -89,58 +89,42 @@ mod tests {
     use crate::solid::Face;
     use crate::validate::check;
 
-    /// A house of 10 × 8 m with a gable roof, on a grid of 0.1 mm, with a vertex more `off` steps beside its eaves.
-    fn house(along: i64, off: [i64; 3]) -> Solid {
-        let vertices = vec![
-            [0, 0, 0],
-            [100_000, 0, 0],
-            [100_000, 80_000, 0],
-            [0, 80_000, 0],
-            [0, 0, 30_000],
-            [100_000, 0, 30_000],
-            [100_000, 80_000, 30_000],
-            [0, 80_000, 30_000],
-            [0, 40_000, 60_000],
-            [100_000, 40_000, 60_000],
-            [along + off[0], off[1], 30_000 + off[2]],
-        ];
-        let rings: [&[u32]; 7] = [
-            &[3, 2, 1, 0],
-            &[0, 1, 5, 10, 4],
-            &[1, 2, 6, 9, 5],
-            &[2, 3, 7, 6],
-            &[3, 0, 4, 8, 7],
-            &[4, 10, 5, 9, 8],
-            &[6, 7, 8, 9],
-        ];
-        let faces = rings.iter().map(|ring| Face { rings: vec![ring.to_vec()], surface: 0 }).collect();
+    /// A block on a grid of 0.1 mm with a notch whose tip ends `neck` steps before the opposite wall; above, the tip is `high`
+    /// steps too high.
+    fn notched(neck: i64, high: i64) -> Solid {
+        let plan = [[0, 0], [40, 0], [60, 0], [100, 0], [100, 80], [0, 80]].map(|p| p.map(|c| c * 1_000));
+        let at = |z: i64| plan.into_iter().chain([[50_000, 80_000 - neck]]).map(move |[x, y]| [x, y, z]);
+        let mut vertices: Vec<[i64; 3]> = at(0).chain(at(30_000)).collect();
+        vertices[13][2] += high;
+        let around = [0, 1, 6, 2, 3, 4, 5];
+        let wall = |i: usize| [around[i], around[(i + 1) % 7], around[(i + 1) % 7] + 7, around[i] + 7].to_vec();
+        let mut rings: Vec<Vec<u32>> = (0..7).map(wall).collect();
+        rings.push(around.iter().rev().copied().collect());
+        rings.push(around.iter().map(|v| v + 7).collect());
+        let faces = rings.into_iter().map(|ring| Face { rings: vec![ring], surface: 0 }).collect();
         Solid { step: [1e-4; 3], vertices, faces, surfaces: Vec::new() }
     }
 
     #[test]
     fn a_fold_of_a_step_is_flattened() {
-        // The vertex is a step before the eaves and one above them: 45° to the wall, and more to the slope.
-        let mut folded = house(40_000, [0, -1, 1]);
+        let mut folded = notched(1, 1);
         let found: Vec<u16> = check(&folded, &Tolerances::written()).iter().map(|fault| fault.code).collect();
-        assert_eq!(found, [204, 204]);
+        assert_eq!(found, [204]);
         unfold(&mut folded);
         assert_eq!(check(&folded, &Tolerances::written()), []);
         // What is flat stays.
-        let flat = house(40_000, [0, 0, 0]);
+        let flat = notched(1, 0);
         let mut same = flat.clone();
         unfold(&mut same);
         assert_eq!(flat, same);
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(200))]
+        #![proptest_config(ProptestConfig::with_cases(100))]
 
         #[test]
-        fn no_fold_is_left_and_nothing_moves_far(
-            along in 2_000..98_000i64,
-            off in prop::array::uniform3(-2..=2i64),
-        ) {
-            let folded = house(along, off);
+        fn no_fold_is_left_and_nothing_moves_far(neck in 1..20i64, high in -6..=6i64) {
+            let folded = notched(neck, high);
             let mut flat = folded.clone();
             unfold(&mut flat);
             prop_assert_eq!(check(&flat, &Tolerances::written()), []);
