@@ -19,8 +19,8 @@ Examples:
     gable validate city.city.json
   Every fault with its place, and a report in the shape of val3dity's:
     gable validate city.city.jsonl --list --json report.json
-  With val3dity's tolerance for planarity:
-    gable validate city.city.json --planarity 0.01
+  By the rules of val3dity:
+    gable validate city.city.json --planarity 0.01 --no-rounding --overlap 0 --first-level
 
 Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
 make a file invalid unless --strict is given.
@@ -49,6 +49,10 @@ pub struct Args {
     /// How far a part of a face may turn from its plane, degrees; what the rounding to the file's grid can turn is added
     #[arg(long, value_name = "DEGREES", default_value_t = Tolerances::default().normals)]
     normals: f64,
+
+    /// Count also what the rounding to the file's grid explains of such a turn, as val3dity does
+    #[arg(long)]
+    no_rounding: bool,
 
     /// How far the parts of a building, and solids that form one, may overlap, metres; nothing is added, and 0 is exact
     #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
@@ -121,7 +125,8 @@ fn options(args: &Args) -> Result<Options> {
             return Err(InputError::new(name, value.to_string(), format!("a number from 0 to {most}")).into());
         }
     }
-    let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals, rounding: true };
+    let tolerances =
+        Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals, rounding: !args.no_rounding };
     Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level })
 }
 

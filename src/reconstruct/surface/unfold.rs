@@ -83,10 +83,14 @@ fn flatness(solid: &Solid, vertex: u32, around: &[usize]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use proptest::prelude::*;
 
     use super::*;
+    use crate::site::Frame;
     use crate::solid::Face;
+    use crate::source::cityjson;
     use crate::validate::check;
 
     /// A block on a grid of 0.1 mm with a notch whose tip ends `neck` steps before the opposite wall; above, the tip is `high`
@@ -117,6 +121,37 @@ mod tests {
         let mut same = flat.clone();
         unfold(&mut same);
         assert_eq!(flat, same);
+    }
+
+    /// Solids that gable wrote with fine settings before it flattened them, each with a fold.
+    #[test]
+    fn folds_that_were_written_are_flattened() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/reported");
+        let names = [
+            "validator/204-gable-output-bag-020.city.json",
+            "validator/204-gable-output-bag-025.city.json",
+            "20-normals-204.city.jsonl",
+        ];
+        for name in names {
+            let path = folder.join(name);
+            if !path.exists() {
+                println!("skipped: {name} not found");
+                continue;
+            }
+            let model = cityjson::read(&path).unwrap();
+            let frame = Frame { origin: model.transform.unwrap().translate, metres_per_unit: [1.0; 3] };
+            let geometries = model.objects.iter().flat_map(|object| &object.geometries);
+            let solids = geometries.filter(|geometry| geometry.kind == cityjson::GeometryKind::Solid);
+            let mut folds = 0;
+            for mut solid in solids.map(|geometry| model.solid(geometry, &frame).unwrap()) {
+                let codes: Vec<u16> = check(&solid, &Tolerances::written()).iter().map(|fault| fault.code).collect();
+                assert!(codes.iter().all(|code| *code == 204), "{name}: {codes:?}");
+                folds += codes.len();
+                unfold(&mut solid);
+                assert_eq!(check(&solid, &Tolerances::written()), [], "{name}");
+            }
+            assert!(folds > 0, "{name}");
+        }
     }
 
     proptest! {
