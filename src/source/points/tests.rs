@@ -313,9 +313,52 @@ fn a_summary_counts_by_hand() {
     assert_eq!(summary.classes.into_iter().collect::<Vec<_>>(), [(2, 8), (6, 8)]);
     assert_eq!(summary.returns.into_iter().collect::<Vec<_>>(), [(1, 12), (2, 4)]);
     assert_eq!(summary.area, 64.0);
-    assert_eq!((summary.density, summary.pulse_density), (0.25, 0.1875));
+    assert_eq!((summary.density, summary.pulse_density), (0.25, Some(0.1875)));
     assert_eq!(summary.extent, Some([[101.0, 200.0, 0.0], [113.0, 201.5, 15.0]]));
     assert_eq!(summary.problems, []);
+}
+
+#[test]
+fn a_box_that_does_not_hold_the_points_is_not_believed() {
+    let folder = tempdir().unwrap();
+    for name in ["a.las", "a.laz"] {
+        let path = folder.path().join(name);
+        fixture::write(&path, Style { format: 1, ..Style::default() }, &cloud(5_000));
+        let sound = fs::read(&path).unwrap();
+        assert!(Tile::open(&path).unwrap().extent.is_some());
+        // Largest and smallest x: a kilometre to the east, and so plausible.
+        let mut wrong = sound.clone();
+        for at in [179, 187] {
+            let x = f64::from_le_bytes(wrong[at..at + 8].try_into().unwrap());
+            wrong[at..at + 8].copy_from_slice(&(x + 1000.0).to_le_bytes());
+        }
+        fs::write(&path, wrong).unwrap();
+        let tile = Tile::open(&path).unwrap();
+        assert_eq!(tile.extent, None, "{name}");
+        let summary = tile.summary([1.0; 3]).unwrap();
+        assert_eq!(summary.points, 5_000);
+        assert!(summary.problems[0].to_string().contains("the extent in the header is not that of the points"));
+        // One damaged point says nothing of the box.
+        let mut damaged = sound;
+        let start = u32::from_le_bytes(damaged[96..100].try_into().unwrap()) as usize;
+        if name == "a.las" {
+            damaged[start..start + 4].copy_from_slice(&2_000_000_000_i32.to_le_bytes());
+            fs::write(&path, damaged).unwrap();
+            assert!(Tile::open(&path).unwrap().extent.is_some());
+        }
+    }
+}
+
+#[test]
+fn returns_without_a_number_tell_no_pulses() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("a.las");
+    fixture::write_with(&path, Style { format: 1, ..Style::default() }, &cloud(50), |_, point| {
+        (point.return_number, point.number_of_returns) = (0, 0);
+    });
+    let summary = Tile::open(&path).unwrap().summary([1.0; 3]).unwrap();
+    assert_eq!(summary.pulse_density, None);
+    assert!(summary.density > 0.0);
 }
 
 #[test]
