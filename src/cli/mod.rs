@@ -10,6 +10,7 @@ mod convert;
 mod evaluate;
 mod field;
 mod flags;
+mod held_out;
 mod info;
 mod interrupt;
 pub(crate) mod options;

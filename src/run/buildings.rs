@@ -196,6 +196,7 @@ mod tests {
             frame: FRAME,
             footprint: Some(square),
             points: vec![Point3::new(1.0, 1.0, 5.0); 7 * id % 11],
+            ground_points: Vec::new(),
             ground: Ground { height: 1.25, spread: 0.1, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             attributes: serde_json::Map::new(),

@@ -6,10 +6,12 @@
 use super::neighbourhood::{Neighbourhood, to_local};
 use super::options::SegmentOptions;
 use super::thinned::Thinned;
-use crate::site::{Ground, GroundSource};
+use crate::site::{Frame, Ground, GroundSource};
 
 /// Side of the cells of the ground, metres.
 pub(super) const GROUND_CELL: f64 = 1.0;
+/// Side of the cells of the ground inside footprints, metres; of open ground every part counts, so they are small.
+pub(super) const OPEN_CELL: f64 = 0.5;
 /// Side of the cells of the lowest points, metres; wide, so that a cell under a tree sees the ground somewhere.
 pub(super) const LOWEST_CELL: f64 = 2.0;
 /// Fewer cells than this say nothing of the ground.
@@ -48,6 +50,14 @@ pub(super) fn estimate(
     }
     let height = heights.into_iter().chain(lowest_point).reduce(f64::min).unwrap_or(0.0);
     Ground { height, spread: 0.0, source: GroundSource::BoundingBox }
+}
+
+/// The ground points inside a footprint, in its local frame, sorted by x, y, z.
+pub(super) fn inside(frame: &Frame, ground: Option<&Thinned>) -> Vec<[f64; 3]> {
+    let kept = ground.map_or_else(Vec::new, |ground| ground.points().collect());
+    let mut points: Vec<_> = kept.into_iter().map(|position| to_local(frame, position)).collect();
+    points.sort_unstable_by(super::lexicographic);
+    points
 }
 
 /// Heights (local metres) of the points of `thinned` within `width` metres of the footprint, those inside it included

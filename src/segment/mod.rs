@@ -1,7 +1,7 @@
 //! Segmentation: tiles and footprints become sites, one per footprint, whatever the tiling.
 //!
-//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, and of the
-//! ground around footprints one point per square metre. What is kept is a set: joining tiles in any order, cutting a
+//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, of the
+//! ground around footprints one point per square metre, and of the ground inside them four. What is kept is a set: joining tiles in any order, cutting a
 //! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
 //! ground around it.
@@ -13,7 +13,6 @@ mod harvest;
 mod naming;
 mod neighbourhood;
 mod options;
-mod prepared;
 mod refuse;
 mod strays;
 mod thinned;
@@ -116,18 +115,21 @@ fn join(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let gathered: Vec<_> =
-        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
+    let gathered: Vec<_> = (0..footprints.len())
+        .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
+        .collect();
     let counts = Mutex::new(harvest.counts);
     let finished: Vec<Finished> = gathered
         .into_par_iter()
         .enumerate()
-        .map(|(index, points)| {
-            let (finished, count) =
+        .map(|(index, (points, inner_ground))| {
+            let (mut finished, count) =
                 finish(index, points, &all, (&harvest.ground, &harvest.lowest), &rectangles, options);
             if let Some(count) = count {
                 counts.lock().unwrap_or_else(PoisonError::into_inner).add(&count);
             }
+            let ground_points = ground::inside(&all.frames[index], inner_ground.as_ref());
+            finished.ground_points = ground_points.into_iter().map(Point3::from).collect();
             finished
         })
         .collect();
@@ -136,9 +138,10 @@ fn join(
     let mut notes = Vec::with_capacity(footprints.len());
     let places = all.frames.into_iter().zip(all.polygons);
     for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
-        let Finished { points, ground, coverage } = finished;
+        let Finished { points, ground_points, ground, coverage } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
-        sites.push(Site { id, frame, footprint: Some(polygon), points, ground, coverage, attributes });
+        let polygon = Some(polygon);
+        sites.push(Site { id, frame, footprint: polygon, points, ground_points, ground, coverage, attributes });
         notes.push(footprint.notes);
     }
     let mut problems = harvest.problems;
@@ -149,6 +152,7 @@ fn join(
 /// What is known of the place of one footprint.
 struct Finished {
     points: Vec<Point3<f64>>,
+    ground_points: Vec<Point3<f64>>,
     ground: Ground,
     coverage: Coverage,
 }
@@ -182,7 +186,7 @@ fn finish(
     counts.kept = points.len() as u64;
     let coverage = coverage::coverage(&all.polygons[index], &all.frames[index], rectangles);
     let points = points.into_iter().map(Point3::from).collect();
-    (Finished { points, ground, coverage }, has_points.then_some(counts))
+    (Finished { points, ground_points: Vec::new(), ground, coverage }, has_points.then_some(counts))
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

@@ -1,6 +1,6 @@
 //! Which footprints are near a place.
 
-use super::prepared::Prepared;
+use crate::geometry::PreparedPolygon;
 use crate::site::Frame;
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
@@ -49,7 +49,7 @@ pub(super) struct Neighbourhood {
     /// Footprints in local metres.
     pub polygons: Vec<MultiPolygon<f64>>,
     /// The same, prepared: those far from all points never are.
-    prepared: Vec<OnceLock<Box<Prepared>>>,
+    prepared: Vec<OnceLock<Box<PreparedPolygon>>>,
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -81,8 +81,8 @@ impl Neighbourhood {
     }
 
     /// Footprint `index` in its local frame, prepared.
-    pub fn prepared(&self, index: usize) -> &Prepared {
-        self.prepared[index].get_or_init(|| Box::new(Prepared::new(&self.polygons[index])))
+    pub fn prepared(&self, index: usize) -> &PreparedPolygon {
+        self.prepared[index].get_or_init(|| Box::new(PreparedPolygon::new(&self.polygons[index])))
     }
 
     /// Whether something is wanted of the rectangle.

@@ -81,6 +81,11 @@ impl Thinned {
         }
     }
 
+    /// All points, in no particular order.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.blocks.iter().flat_map(|(key, block)| block.cells(*key)).map(|(_, point)| point)
+    }
+
     /// The points in the cells that touch the rectangle, in no particular order.
     pub fn within(&self, low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 3]> {
         let (first, last) = (self.cell(low), self.cell(high));

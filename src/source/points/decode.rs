@@ -63,7 +63,7 @@ impl Decoder {
         match &mut self.records {
             Records::Sequential(records) => {
                 records.reset();
-                self.items.iter().try_for_each(|item| add_field(records, item))?;
+                self.items.iter().try_for_each(|item| add_field(records, *item))?;
             }
             Records::Layered(records, times) => {
                 records.reset();
@@ -115,7 +115,7 @@ impl Decoder {
 /// Adds the decoder of a field as the crate does, but for [`GpsTimes`].
 fn add_field(
     records: &mut SequentialPointRecordDecompressor<'static, BufReader<File>>,
-    item: &LazItem,
+    item: LazItem,
 ) -> Result<(), String> {
     let bytes = usize::from(item.size());
     match (item.item_type(), item.version()) {

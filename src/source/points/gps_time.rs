@@ -121,7 +121,7 @@ impl GpsTimes {
                 self.begin_sequence(decoder)?;
                 return Ok(0);
             }
-            WRITTEN_OUT.. => return Ok((symbol - WRITTEN_OUT) as usize),
+            _ if symbol > WRITTEN_OUT => return Ok((symbol - WRITTEN_OUT) as usize),
             1 => (1, 1, false),
             ..=0 => (0, 7, true),
             2..10 => (symbol, 2, false),

@@ -90,7 +90,7 @@ impl LayeredTimes {
         let scanner = self.scanners[self.current].as_mut().ok_or_else(damaged)?;
         let changes = self.returns.decode_symbol(&mut scanner.changes[scanner.place()])?;
         if changes & 1 << 6 != 0 {
-            let on = self.returns.decode_symbol(&mut scanner.scanner)?;
+            let on = self.returns.decode_symbol(&mut scanner.which)?;
             let (return_number, returns, time) = (scanner.return_number, scanner.returns, scanner.time);
             self.current = (self.current + on as usize + 1) % SCANNERS;
             self.scanners[self.current].get_or_insert_with(|| Box::new(Scanner::new(return_number, returns, time)));
@@ -129,7 +129,8 @@ struct Scanner {
     x: [Median; 12],
     y: [Median; 12],
     changes: [ArithmeticModel; 8],
-    scanner: ArithmeticModel,
+    /// Tells which scanner the next point is from.
+    which: ArithmeticModel,
     returns_model: [Option<ArithmeticModel>; 16],
     return_number_model: [Option<ArithmeticModel>; 16],
     return_number_same_time: ArithmeticModel,
@@ -150,7 +151,7 @@ impl Scanner {
             x: Default::default(),
             y: Default::default(),
             changes: std::array::from_fn(|_| model(128)),
-            scanner: model(3),
+            which: model(3),
             returns_model: [const { None }; 16],
             return_number_model: [const { None }; 16],
             return_number_same_time: model(13),
