@@ -198,6 +198,17 @@ fn geotiff_parameters_define_a_system() {
 }
 
 #[test]
+fn wkt_is_found_under_every_number_and_name_that_writers_gave_it() {
+    let wkt = Crs::parse("EPSG:28992").unwrap().wkt;
+    for (user, id) in [("LASF_Projection", 4224), ("liblas", 2112), ("LibLAS", 4224)] {
+        let mut builder = las::Builder::from(header_with(&[(2112, Vec::new()), (id, wkt.clone().into_bytes())]));
+        builder.vlrs[1].user_id = user.into();
+        let crs = Crs::from_header(&builder.into_header().unwrap()).unwrap().unwrap();
+        assert_eq!(crs.code.as_deref(), Some("EPSG:28992"), "{user} {id}");
+    }
+}
+
+#[test]
 fn a_broken_wkt_falls_back_on_keys_and_else_is_an_error() {
     let broken = (2112, b"PROJCS[\"half".to_vec());
     assert!(Crs::from_header(&header_with(std::slice::from_ref(&broken))).unwrap_err().contains("WKT"));

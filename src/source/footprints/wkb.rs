@@ -3,7 +3,7 @@
 use geo::Coord;
 use geozero::GeomProcessor;
 use geozero::error::{GeozeroError, Result as GeozeroResult};
-use geozero::wkb::{process_ewkb_geom, process_gpkg_geom, process_spatialite_geom, process_wkb_geom};
+use geozero::wkb::{process_ewkb_geom, process_spatialite_geom, process_wkb_geom};
 
 use super::outline::{Outline, Ring};
 
@@ -15,9 +15,9 @@ const EWKB_FLAGS: u32 = 0xE000_0000;
 /// The polygons of a blob, whichever of the four forms it has.
 pub(super) fn outline(blob: &[u8]) -> Result<Outline, String> {
     let mut polygons = Polygons::default();
+    let blob = without_gpkg_header(blob)?;
     let mut bytes = blob;
     let read = match blob {
-        [b'G', b'P', ..] => process_gpkg_geom(&mut bytes, &mut polygons),
         // SpatiaLite: start 0x00, byte 38 ends the bounds, the last byte ends the whole.
         [0x00, ..] if blob.get(38) == Some(&0x7C) && blob.last() == Some(&0xFE) => {
             process_spatialite_geom(&mut bytes, &mut polygons)
@@ -39,6 +39,21 @@ pub(super) fn outline(blob: &[u8]) -> Result<Outline, String> {
     read.map_err(|error| format!("its geometry cannot be understood: {error}"))?;
     let Polygons { outline, others, .. } = polygons;
     outline.beside(&others)
+}
+
+/// The WKB in a GeoPackage blob (OGC 12-128r19, section 2.1.3); any other blob as it is. The header and the WKB have an
+/// order of bytes each, and they need not agree.
+fn without_gpkg_header(blob: &[u8]) -> Result<&[u8], String> {
+    let [b'G', b'P', _, flags, ..] = blob else { return Ok(blob) };
+    // Magic, version, flags and SRID, then a box of no, two, three or four axes.
+    let box_bytes = match flags >> 1 & 7 {
+        0 => 0,
+        1 => 32,
+        2 | 3 => 48,
+        4 => 64,
+        _ => return Err("its geometry cannot be understood: the GeoPackage header is damaged".into()),
+    };
+    blob.get(8 + box_bytes..).ok_or_else(|| "its geometry cannot be understood: it is cut off".into())
 }
 
 /// Collects polygons and the names of whatever else there is. It reserves no memory on the word of a file.

@@ -157,7 +157,8 @@ fn read_evlrs(file: &mut BufReader<File>, start: u64, count: u32, size: u64) -> 
         }
         let length = u64::from_le_bytes(std::array::from_fn(|i| head[20 + i]));
         let Some(end) = data.checked_add(length).filter(|end| *end <= size) else { break };
-        let matters = head[2..18].starts_with(b"LASF_Projection\0") || head[2..18].starts_with(b"copc\0");
+        let users: [&[u8]; 3] = [b"LASF_Projection\0", b"liblas\0", b"copc\0"];
+        let matters = users.iter().any(|user| head[2..18].starts_with(user));
         if matters && length <= LONGEST_EVLR {
             if file.seek(SeekFrom::Start(position)).is_err() {
                 break;

@@ -19,6 +19,7 @@ mod gps_time;
 mod header;
 mod layered_times;
 mod problem;
+mod samples;
 mod spill;
 mod stream;
 mod summary;

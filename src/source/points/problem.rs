@@ -28,7 +28,7 @@ pub enum TileProblem {
         /// How many.
         points: u64,
     },
-    /// The extent in the header is not one; that of the points was used.
+    /// The extent in the header is not one, or does not hold the points; that of the points was used.
     UnusableExtent {
         /// The tile.
         tile: PathBuf,
@@ -48,7 +48,7 @@ impl fmt::Display for TileProblem {
                 write!(f, "{}: {points} points with impossible coordinates were left out", tile.display())
             }
             Self::UnusableExtent { tile } => {
-                write!(f, "{}: the extent in the header is unusable; that of the points is used", tile.display())
+                write!(f, "{}: the extent in the header is not that of the points; theirs is used", tile.display())
             }
         }
     }

@@ -33,8 +33,8 @@ pub struct TileSummary {
     pub area: f64,
     /// Points per square metre of scanned area.
     pub density: f64,
-    /// First returns per square metre of scanned area.
-    pub pulse_density: f64,
+    /// First returns per square metre of scanned area; `None` where the writer did not fill the numbers of returns in.
+    pub pulse_density: Option<f64>,
     /// What is wrong with the tile.
     pub problems: Vec<TileProblem>,
 }
@@ -74,7 +74,7 @@ impl Tile {
         summary.area = cells.len() as f64 * CELL * CELL;
         if summary.area > 0.0 {
             summary.density = summary.points as f64 / summary.area;
-            summary.pulse_density = summary.returns.get(&1).copied().unwrap_or(0) as f64 / summary.area;
+            summary.pulse_density = summary.returns.get(&1).map(|first| *first as f64 / summary.area);
         }
         summary.problems = reading.problems(self);
         if self.extent.is_none() && summary.points > 0 {

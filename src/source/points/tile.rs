@@ -2,6 +2,7 @@
 
 use super::block::{Block, Records};
 use super::header::{self, Layout};
+use super::samples;
 use super::spill::Spill;
 use crate::error::Result;
 use crate::source::crs::Crs;
@@ -66,7 +67,8 @@ pub struct Tile {
     pub crs: Option<Crs>,
     /// What is wrong with the CRS that it carries, when it cannot be understood.
     pub crs_fault: Option<String>,
-    /// Extent stated by the header; `None` when the tile is empty or the statement cannot be true.
+    /// Extent stated by the header; `None` when the tile is empty, or the statement cannot be true or does not hold the
+    /// points, as far as a few of them tell.
     pub extent: Option<Extent>,
     /// Number of points stated by the header.
     pub points: u64,
@@ -94,7 +96,10 @@ impl Tile {
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let (file, size) = open::regular(path, "a LAS, LAZ or COPC tile")?;
-        let (header, layout) = header::read(path, &mut BufReader::new(file), size)?;
+        let mut file = BufReader::new(file);
+        let (header, layout) = header::read(path, &mut file, size)?;
+        let extent = stated_extent(&header, layout.points)
+            .filter(|extent| samples::are_within(&mut file, &layout, header.transforms(), extent));
         let (crs, crs_fault) = match Crs::from_header(&header) {
             Ok(crs) => (crs, None),
             Err(fault) => (None, Some(fault)),
@@ -103,7 +108,7 @@ impl Tile {
             path: path.to_path_buf(),
             crs,
             crs_fault,
-            extent: stated_extent(&header, layout.points),
+            extent,
             points: layout.points,
             version: format!("1.{}", layout.version_minor),
             point_format: layout.point_format,
