@@ -1,5 +1,6 @@
 # make quickstart   reconstruct the bundled corner of Delft
 # make test         run all tests
+# make load-test    damaged, endless and many inputs, kills and large halls: no breach (a few minutes)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # All install what they need first. See README.md.
 
@@ -8,7 +9,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test platforms loop setup lint doc bench picture page header
+.PHONY: quickstart test load-test platforms loop setup lint doc bench picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -25,6 +26,10 @@ test: setup
 # Renews include/gable.h, which is made from src/capi.
 header: setup
 	GABLE_UPDATE_HEADER=1 cargo test --locked --manifest-path tools/header/Cargo.toml
+
+load-test: setup
+	cargo build --release --locked
+	python3 scripts/load-test.py
 
 # Says that it was skipped, and why, where what it needs cannot be installed.
 platforms: setup

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::completeness::Extents;
 use crate::site::{Coverage, Frame, Ground};
 use crate::solid::Model;
 
@@ -177,6 +178,8 @@ pub struct Measures {
     pub volume_lod12: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod22: Option<f64>,
+    /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned; `None` without such a model.
+    pub completeness: Option<Extents>,
     /// val3dity codes of the LoD 2.2 solid that was rejected; empty when a valid one was found.
     pub faults_lod22: Vec<u16>,
     /// The attempts at LoD 2.2 that came to nothing, finest first.

@@ -19,6 +19,7 @@
 //! - [`convert`] takes city models from format to format and joins them.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
 //! - [`pipeline`] runs PDAL's pipelines, with a stage that does all this.
+//! - [`completeness`] finds what was scanned and not modelled, and what was modelled and not scanned.
 //! - [`evaluate`] measures how good a model is.
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
@@ -27,16 +28,19 @@
 //! - [`capi`] is the C interface.
 //!
 //! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view} → {convert, run, simulate} → {source,
-//! segment, sink, network} → reconstruct → {solid, site} → geometry`.
+//! segment, sink, network} → reconstruct →
+//! completeness → {solid, site} → geometry`.
 
 pub mod audit;
 pub mod building;
 pub mod capi;
 pub mod cli;
+pub mod completeness;
 pub mod convert;
 pub mod error;
 pub mod evaluate;
 pub mod geometry;
+mod guard;
 pub mod network;
 pub mod pipeline;
 pub mod reconstruct;

@@ -104,6 +104,9 @@ pub struct Site {
     pub footprint: Option<MultiPolygon<f64>>,
     /// Building points in local metres, sorted by x, y, z and without exact duplicates.
     pub points: Vec<Point3<f64>>,
+    /// Ground points inside the footprint in local metres, sorted by x, y, z and without exact duplicates: where nothing
+    /// stands above them, the ground is open. Thinned to one of each half metre; empty without a footprint.
+    pub ground_points: Vec<Point3<f64>>,
     /// The ground around the building.
     pub ground: Ground,
     /// How far the tiles cover the footprint.
@@ -125,6 +128,7 @@ impl Site {
             frame,
             footprint: None,
             points,
+            ground_points: Vec::new(),
             ground: Ground { height: ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             attributes: Map::new(),

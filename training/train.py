@@ -24,22 +24,26 @@ def arguments(argv):
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--minutes", type=float, help="minutes of training")
     length.add_argument("--steps", type=int, help="steps of training")
+    parser.add_argument("--from", dest="start", type=Path, metavar="FILE", help="network file to start from")
+    parser.add_argument("--rate", type=float, help="highest learning rate; the final one keeps its ratio to it")
+    parser.add_argument("--scans", type=int, help="scans per step")
     parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
     parser.add_argument("--device", default="cpu", help="cpu or cuda (default: cpu)")
+    parser.add_argument("--resident", action="store_true", help="keep all shards in the memory of the device")
     parser.add_argument("--threads", type=int, default=1, help="threads of the CPU (default: 1)")
     parser.add_argument("--seed", type=int, help="seed of weights, order and augmentation")
     return parser.parse_args(argv)
 
 
-def run(config, data, out, device="cpu", threads=1, resume=False, report=print):
-    """Train and finish; the figures, or None when a signal stopped the run."""
+def run(config, data, out, device="cpu", threads=1, resume=False, report=print, start=None, resident=False):
+    """Train and finish; the figures, or None when a signal stopped the run. `start` and `resident` as in `Trainer`."""
     network_file.require_exporter()
     torch.set_num_threads(threads)
     if torch.device(device).type == "cuda":
         if not torch.cuda.is_available():
             raise ConfigError("--device cuda: torch finds no CUDA device; take --device cpu")
         torch.set_float32_matmul_precision("high")
-    trainer = Trainer(config, data, out, device, resume)
+    trainer = Trainer(config, data, out, device, resume, start, resident)
     parameters, scans = sum(p.numel() for p in trainer.network.parameters()), len(trainer.batches.shards)
     report(f"{config.name}: {parameters} parameters, {scans} training scans, from step {trainer.step}")
     if not trainer.train(report):
@@ -63,11 +67,25 @@ def with_length(config, steps=None, minutes=None, seed=None):
     return config
 
 
+def with_pace(config, rate=None, scans=None):
+    """The configuration with the learning rate and the scans per step of the command line."""
+    optimiser, batch = config.optimiser, config.batch
+    if rate is not None:
+        ratio = optimiser.final_rate / optimiser.rate
+        optimiser = dataclasses.replace(optimiser, rate=rate, final_rate=rate * ratio)
+    if scans is not None:
+        if scans < 1:
+            raise ConfigError(f"--scans is {scans}, expected at least 1")
+        batch = dataclasses.replace(batch, scans=scans)
+    return dataclasses.replace(config, optimiser=optimiser, batch=batch)
+
+
 def main(argv=None):
     """Exit status 0 when trained and exported, 1 for bad input, 130 when stopped by a signal."""
     options = arguments(argv)
     try:
         config = with_length(load(options.config), options.steps, options.minutes, options.seed)
+        config = with_pace(config, options.rate, options.scans)
         figures = run(
             config,
             options.data,
@@ -76,6 +94,8 @@ def main(argv=None):
             options.threads,
             options.resume,
             lambda text: print(text, flush=True),
+            options.start,
+            options.resident,
         )
     except (ConfigError, FormatError, ResumeError, ModuleNotFoundError, OSError) as error:
         print(f"train.py: {error}", file=sys.stderr)

@@ -127,7 +127,9 @@ fn points_of(options: &Options, model: &ModelFile) -> Result<Vec<Point3<f64>>, B
     let tiles = gable::source::points::expand(&options.points)?;
     let filter = TileFilter { classes: &options.class, frame: model.frame, crs: model.crs.as_ref() };
     let everywhere = [[[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]]];
-    for problem in stream_points(&tiles, filter, &everywhere, &mut |batch| points.extend_from_slice(batch))? {
+    for problem in
+        stream_points(&tiles, filter, &everywhere, &mut |batch| points.extend(batch.iter().map(|(point, _)| *point)))?
+    {
         eprintln!("warning: {problem}");
     }
     Ok(points)

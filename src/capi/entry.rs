@@ -10,8 +10,9 @@ use super::messages::{Callbacks, GableLineCallback, GableProgressCallback, Lines
 use super::text::{from_c, to_c};
 use crate::cli::options;
 use crate::error::{Error, InputError, Result};
+use crate::guard::guarded;
 use crate::report::Report;
-use crate::run::{Job, guarded, run, run_into};
+use crate::run::{Job, run, run_into};
 use crate::sink::{Metadata, Sequence, Sink};
 use crate::source::points::Extent;
 

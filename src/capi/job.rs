@@ -5,7 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use super::text::to_c;
 use crate::error::{Error, InputError, Result};
-use crate::run::{Feed, Job, guarded};
+use crate::guard::guarded;
+use crate::run::{Feed, Job};
 use crate::source::crs::Crs;
 
 /// What came of a call.

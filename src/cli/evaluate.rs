@@ -1,14 +1,20 @@
 //! `gable evaluate`: how good is a city model.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::output::{print, say, table, thousands, write_json};
-use super::{Outcome, trial};
+use nalgebra::Point3;
+
+use super::flags::Flags;
+use super::output::{print, say, table, thousands};
+use super::{Outcome, held_out, trial};
+use crate::completeness::{self, Limits};
 use crate::error::{InputError, Result};
 use crate::evaluate::{
-    Agreement, BuildingEvaluation, DistanceSummary, Evaluation, ModelFile, Overall, OverallReference, PointMeter,
-    TileFilter, Typical, read_shapes,
+    Agreement, BuildingCompleteness, BuildingEvaluation, CompletenessMeter, DistanceSummary, Evaluation, ModelFile,
+    Overall, OverallReference, PointMeter, TileFilter, Typical, read_shapes, stream_points,
 };
+use crate::sink::write_json;
 use crate::source::points;
 
 /// How many buildings the table names; the JSON file has all.
@@ -23,7 +29,9 @@ Examples:
   How far is it from another model of the same buildings?
     gable evaluate city.city.json --reference other.city.jsonl
   What is a field worth, on virtual scans of these models and of 20 generated buildings?
-    gable evaluate --field oracle,height-field,neural lod2/*.city.json --generate 20 --json worth.json";
+    gable evaluate --field oracle,height-field,neural lod2/*.city.json --generate 20 --json worth.json
+  And on real scans, reconstructed from half of the points and judged by the other half?
+    gable evaluate --field height-field,neural --points tiles/ --footprints buildings.gpkg --hold-out 0.5";
 
 /// What `gable evaluate` takes.
 #[derive(Debug, clap::Args)]
@@ -34,7 +42,7 @@ pub struct Args {
     models: Vec<PathBuf>,
 
     /// Tiles whose building points are compared with the model: files, folders or glob patterns
-    #[arg(long, num_args = 1.., value_name = "TILES", conflicts_with = "fields")]
+    #[arg(long, num_args = 1.., value_name = "TILES")]
     points: Vec<String>,
 
     /// City model to compare with; buildings are matched by id
@@ -42,8 +50,12 @@ pub struct Args {
     reference: Option<PathBuf>,
 
     /// Classes of the building points
-    #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…", conflicts_with = "fields")]
+    #[arg(long, value_delimiter = ',', default_value = "6", value_name = "CLASS,…")]
     building_class: Vec<u8>,
+
+    /// Classes of the ground points: where they lie under the model with nothing above, ground is roofed
+    #[arg(long, value_delimiter = ',', default_value = "2", value_name = "CLASS,…")]
+    ground_class: Vec<u8>,
 
     /// Level of detail that is measured, in the model and in the reference
     #[arg(long, default_value = "2.2", conflicts_with = "fields")]
@@ -58,7 +70,13 @@ pub struct Args {
     json: Option<PathBuf>,
 
     #[command(flatten)]
+    limits: Flags<Limits>,
+
+    #[command(flatten)]
     trial: trial::TrialArgs,
+
+    #[command(flatten)]
+    held_out: held_out::HeldOutArgs,
 }
 
 /// Runs the command; what is wrong with tiles goes to standard error.
@@ -66,7 +84,21 @@ pub struct Args {
 /// # Errors
 /// A file cannot be read or written, or the model, the tiles and the reference are not in one CRS.
 pub fn main(args: &Args) -> Outcome {
+    if args.held_out.is_given() {
+        let shared = held_out::Shared {
+            tiles: &args.points,
+            building_classes: &args.building_class,
+            ground_classes: &args.ground_class,
+            limits: args.limits.0,
+        };
+        return held_out::main(&args.held_out, &args.trial, shared, args.json.as_deref());
+    }
     if args.trial.is_given() {
+        if !args.points.is_empty() {
+            return Err(InputError::new("--points", "tiles for a trial on virtual scans", "none")
+                .remedy("Give --hold-out and --footprints as well to try fields on real scans")
+                .into());
+        }
         return trial::main(&args.models, &args.trial, args.json.as_deref());
     }
     let [path] = args.models.as_slice() else {
@@ -74,10 +106,14 @@ pub fn main(args: &Args) -> Outcome {
         return Err(InputError::new("MODEL", found, "one; several only with --field").into());
     };
     let model = read_shapes(path, &args.lod, None)?;
-    let points = if args.points.is_empty() { None } else { Some(measure(path, &model, args)?) };
+    let measured = if args.points.is_empty() { None } else { Some(measure(path, &model, args)?) };
+    let (points, completeness) = measured.unzip();
     let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
-    let evaluation =
+    let mut evaluation =
         Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
+    if let Some(found) = completeness {
+        evaluation = evaluation.with_completeness(found);
+    }
     if let Some(path) = &args.json {
         write_json(path, &evaluation)?;
     }
@@ -85,15 +121,30 @@ pub fn main(args: &Args) -> Outcome {
     Ok(0)
 }
 
-fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<(Agreement, Vec<Agreement>)> {
+/// What the points say of a model: how well they agree with it, and what of it is missing or too much.
+type Measured = ((Agreement, Vec<Agreement>), (completeness::Counts, Vec<Option<BuildingCompleteness>>));
+
+fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<Measured> {
     let tiles = points::expand(&args.points)?;
     let mut meter = PointMeter::new(&model.shapes);
-    let filter = TileFilter { classes: &args.building_class, frame: model.frame, crs: model.crs.as_ref() };
-    for problem in meter.add_tiles(&tiles, filter)? {
+    let mut judge = CompletenessMeter::new(&model.shapes, Arc::clone(meter.outlines()), args.limits.0);
+    let boxes: Vec<_> = meter.boxes().collect();
+    let classes = [args.building_class.as_slice(), &args.ground_class].concat();
+    let filter = TileFilter { classes: &classes, frame: model.frame, crs: model.crs.as_ref() };
+    let problems = stream_points(&tiles, filter, &boxes, &mut |points| {
+        let of = |classes: &[u8]| -> Vec<Point3<f64>> {
+            points.iter().filter(|(_, class)| classes.contains(class)).map(|(point, _)| *point).collect()
+        };
+        let building_points = of(&args.building_class);
+        meter.add(&building_points);
+        judge.add(&building_points);
+        judge.add_ground(&of(&args.ground_class));
+    })?;
+    for problem in problems {
         say(&format!("warning: {problem}"));
     }
-    let found = meter.finish();
-    if found.0.points == 0 {
+    let found = (meter.finish(), judge.finish(&model.frame));
+    if found.0.0.points == 0 {
         let classes: Vec<String> = args.building_class.iter().map(u8::to_string).collect();
         say(&format!(
             "warning: no point of class {} lies on a building of {}: is --building-class right, and are model and tiles \
@@ -127,6 +178,9 @@ fn text(evaluation: &Evaluation) -> String {
     let mut rows = complexity(&evaluation.overall);
     if let Some(points) = &evaluation.overall.points {
         rows.extend(agreement(points, &evaluation.overall));
+    }
+    if let Some(counts) = &evaluation.overall.completeness {
+        rows.extend(completeness_rows(counts));
     }
     if let Some(reference) = &evaluation.overall.reference {
         rows.extend(against_reference(reference));
@@ -187,6 +241,23 @@ fn agreement(points: &Agreement, overall: &Overall) -> Vec<Vec<String>> {
         rows.push(row("  by more than 1 m", number(tops.above_1)));
     }
     rows
+}
+
+fn completeness_rows(counts: &completeness::Counts) -> Vec<Vec<String>> {
+    let of = |name: &str, count: &completeness::Count| {
+        let number = |n: usize| thousands(n as u64);
+        let sizes = [count.from_4, count.from_10, count.from_25].map(number).join(" / ");
+        row(name, format!("{sizes}, {:.0} m²", count.area))
+    };
+    vec![
+        row(
+            "buildings with areas from 4 / 10 / 25 m², all areas",
+            format!("of {}", thousands(counts.buildings as u64)),
+        ),
+        of("  missing: scanned, not modelled", &counts.missing),
+        of("  excess: modelled, not scanned", &counts.excess),
+        of("  roofed ground", &counts.roofed_ground),
+    ]
 }
 
 fn against_reference(reference: &OverallReference) -> Vec<Vec<String>> {

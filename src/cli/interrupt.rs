@@ -1,4 +1,4 @@
-//! Ctrl-C: once to finish the write of what is done, twice to give up.
+//! Signals. Ctrl-C: once to finish the write of what is done, twice to give up.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -28,6 +28,18 @@ pub fn listen() {
     if installed.is_err() {
         // The system's own way of ending the process stays in force; the run itself is not concerned.
         say("warning: Ctrl-C cannot be caught here and will lose what is done");
+    }
+}
+
+/// From now on a file that grows beyond the limit of the shell (`ulimit -f`) is an error of the write, which is told, and
+/// no end of the process.
+pub fn outlive_file_limits() {
+    #[cfg(unix)]
+    {
+        let reached = std::sync::Arc::new(AtomicBool::new(false));
+        if signal_hook::flag::register(signal_hook::consts::SIGXFSZ, reached).is_err() {
+            say("warning: a limit on the size of files will end this process without a word");
+        }
     }
 }
 

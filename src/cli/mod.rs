@@ -10,6 +10,7 @@ mod convert;
 mod evaluate;
 mod field;
 mod flags;
+mod held_out;
 mod info;
 mod interrupt;
 pub(crate) mod options;
@@ -100,6 +101,7 @@ enum Command {
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
+    interrupt::outlive_file_limits();
     let cli = match Cli::try_parse_from(pipeline::spell_out(std::env::args_os())) {
         Ok(cli) => cli,
         Err(message) => {

@@ -1,12 +1,8 @@
 //! What goes to standard output.
 
 use std::io::{self, Write};
-use std::path::Path;
-
-use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::sink::write_whole;
 
 /// Writes `text` to standard output. A reader that has heard enough (`gable info … | head`) is no error.
 ///
@@ -18,16 +14,6 @@ pub fn print(text: &str) -> Result<()> {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::io("standard output", "write", e)),
         _ => Ok(()),
     }
-}
-
-/// Writes a value as indented JSON; the file appears under its name when it is complete.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let mut text = serde_json::to_vec_pretty(value).map_err(|e| Error::io(path, "write", e.into()))?;
-    text.push(b'\n');
-    write_whole(path, &text)
 }
 
 /// Writes a line to standard error. It is a courtesy: nobody is left to tell if that fails.

@@ -8,12 +8,13 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{print, say, write_json};
+use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{FAILURE, Outcome, interrupt, summary};
 use crate::error::{Error, InputError, Result};
 use crate::pipeline::{Context, Observer, Override, Plan, Prepared, validate};
 use crate::run;
+use crate::sink::write_json;
 
 const EXAMPLES: &str = "\
 Examples:

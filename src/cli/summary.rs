@@ -2,6 +2,7 @@
 
 use super::output::{duration, table, thousands};
 use crate::building::{LadderStep, Outcome, Reason};
+use crate::completeness::Count;
 use crate::report::{BuildingReport, Percentiles, Report};
 
 /// How many failed buildings the summary names; the report names all.
@@ -87,6 +88,16 @@ pub fn summary(report: &Report) -> String {
     let mut lines = Vec::new();
     if let Some(Percentiles { p50, p90, max, .. }) = report.quality.rmse_lod22 {
         lines.push(("RMSE LoD 2.2", format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst")));
+    }
+    let faults = &report.quality.completeness;
+    if faults.buildings > 0 {
+        let of = |name: &str, count: &Count| format!("{name} {} buildings ({:.0} m²)", count.from_10, count.area);
+        let text = [
+            of("missing in", &faults.missing),
+            of("excess in", &faults.excess),
+            of("roofed ground in", &faults.roofed_ground),
+        ];
+        lines.push(("areas from 10 m²", text.join(", ")));
     }
     let mut cost = vec![duration(report.wall_seconds)];
     cost.extend(report.cpu_seconds.map(|cpu| format!("{} of processor time", duration(cpu))));

@@ -9,17 +9,18 @@ use std::sync::{Mutex, PoisonError};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use indicatif::{ProgressBar, ProgressStyle};
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
 use super::Outcome;
-use super::output::{duration, print, say, write_json};
+use super::output::{duration, print, say};
 use super::reconstruct::threads;
 use crate::error::{Error, InputError, Result};
 use crate::network::{Field, FieldOptions, NetworkFile};
 use crate::reconstruct::Parameters;
 use crate::reconstruct::occupancy::network::Interface;
 use crate::simulate::{self, Source};
+use crate::sink::write_json;
 use crate::trial::{Column, ColumnFindings, Contender, Figures, Step, Trial, choose, overhanging};
 
 /// What `gable evaluate --field` takes beside models.
@@ -42,7 +43,7 @@ pub struct TrialArgs {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "COLUMN,…", requires = "fields")]
     columns: Vec<Column>,
 
-    /// Seed of the choice of models, of generated buildings and of scans
+    /// Seed of the choice of models, of generated buildings, of scans and of the points held out
     #[arg(long, value_name = "SEED", requires = "fields", default_value_t = 1)]
     seed: u64,
 
@@ -63,6 +64,41 @@ impl TrialArgs {
     /// Whether there are fields to try.
     pub fn is_given(&self) -> bool {
         !self.fields.is_empty()
+    }
+
+    /// The fields, ready to be asked.
+    ///
+    /// # Errors
+    /// A network cannot be read, or is for none of the fields.
+    pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
+        contenders(self)
+    }
+
+    /// The seed of all that is drawn.
+    pub(super) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The number of threads, if it was given.
+    pub(super) fn threads(&self) -> Option<NonZeroUsize> {
+        self.jobs
+    }
+
+    /// The network in place of the embedded one, for the report.
+    pub(super) fn network(&self) -> Option<String> {
+        self.model.as_ref().map(|path| path.display().to_string())
+    }
+
+    /// The threads that do the work.
+    ///
+    /// # Errors
+    /// The system does not give that many.
+    pub(super) fn pool(&self) -> Result<ThreadPool> {
+        let jobs = self.jobs.map_or(0, NonZeroUsize::get);
+        ThreadPoolBuilder::new()
+            .num_threads(jobs)
+            .build()
+            .map_err(|e| Error::io(format!("{jobs} threads"), "start", std::io::Error::other(e)))
     }
 }
 
@@ -141,11 +177,7 @@ struct SourceReport {
 pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcome {
     let columns = columns(args)?;
     let contenders = contenders(args)?;
-    let jobs = args.jobs.map_or(0, NonZeroUsize::get);
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(jobs)
-        .build()
-        .map_err(|e| Error::io(format!("{jobs} threads"), "start", std::io::Error::other(e)))?;
+    let pool = args.pool()?;
     let limit = args.limit.map_or(usize::MAX, NonZeroUsize::get);
     let mut truths = Vec::new();
     let mut reports = Vec::new();
@@ -180,7 +212,7 @@ pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcom
         let report = Report {
             gable: env!("CARGO_PKG_VERSION"),
             seed: args.seed,
-            network: args.model.as_ref().map(|path| path.display().to_string()),
+            network: args.network(),
             parameters: &trial.parameters,
             sources: &reports,
             columns: &found,
@@ -283,7 +315,7 @@ fn text(columns: &[ColumnFindings]) -> String {
 }
 
 /// A Markdown table, also readable as it is: the first column to the left, the others to the right.
-fn markdown(rows: &[Vec<String>]) -> String {
+pub(super) fn markdown(rows: &[Vec<String>]) -> String {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |i: usize| rows.iter().filter_map(|row| row.get(i)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..count).map(|i| width(i).max(2)).collect();

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::Outcome;
-use super::output::{print, say, table, thousands, write_json};
+use super::output::{print, say, table, thousands};
 use super::reading::{ReadingProgress, file_size};
 use crate::audit::{Finding, Options, Report, audit};
 use crate::error::{InputError, Result};
+use crate::sink::write_json;
 use crate::validate::{Tolerances, codes};
 
 /// The exit code when all files were checked and something in them is invalid.

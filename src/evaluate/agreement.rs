@@ -1,15 +1,16 @@
 //! How well laser points agree with the buildings they fell on.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 use rayon::prelude::*;
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
 use serde::Serialize;
 
-use super::cover::Cover;
 use super::hausdorff::NearestFace;
+use super::outlines::Outlines;
 use super::shape::Shape;
 use super::summary::DistanceSummary;
+use crate::geometry::Cover;
 
 /// Agreement of the points inside an outline with the building.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -33,11 +34,10 @@ pub struct Agreement {
 /// It keeps two 4-byte numbers per point inside an outline and nothing of the others.
 pub struct PointMeter {
     buildings: Vec<Scanned>,
-    outlines: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
+    outlines: Arc<Outlines>,
 }
 
 struct Scanned {
-    outline: Cover,
     roofs: Cover,
     nearest: Option<NearestFace>,
     top: Option<f64>,
@@ -59,28 +59,23 @@ impl PointMeter {
         let buildings: Vec<Scanned> = shapes
             .par_iter()
             .map(|shape| Scanned {
-                outline: Cover::new(shape.outline.iter().copied()),
                 roofs: shape.roofs(),
                 nearest: NearestFace::new(shape),
                 top: shape.aabb().map(|aabb| aabb.max[2]),
                 found: Found { points: 0, highest: f64::NEG_INFINITY, vertical: Vec::new(), orthogonal: Vec::new() },
             })
             .collect();
-        let outlines = shapes
-            .iter()
-            .enumerate()
-            .filter(|(_, shape)| !shape.outline.is_empty())
-            .map(|(index, shape)| {
-                let corners: Vec<[f64; 2]> = shape.outline.iter().flatten().map(|p| [p.x, p.y]).collect();
-                GeomWithData::new(Rectangle::from_aabb(AABB::from_points(&corners)), index)
-            })
-            .collect();
-        Self { buildings, outlines: RTree::bulk_load(outlines) }
+        Self { buildings, outlines: Arc::new(Outlines::new(shapes)) }
+    }
+
+    /// The outlines of the buildings.
+    pub fn outlines(&self) -> &Arc<Outlines> {
+        &self.outlines
     }
 
     /// The boxes around the outlines, as `[min, max]` in local metres: points outside of all of them change nothing.
     pub fn boxes(&self) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
-        self.outlines.iter().map(|item| [item.geom().lower(), item.geom().upper()])
+        self.outlines.boxes()
     }
 
     /// Measures points in local metres. A point inside the outlines of several buildings counts for the first of them.
@@ -90,11 +85,7 @@ impl PointMeter {
         let measured: Vec<(usize, f64, Option<f32>, Option<f32>)> = points
             .par_iter()
             .filter_map(|p| {
-                let index = outlines
-                    .locate_all_at_point(&[p.x, p.y])
-                    .map(|item| item.data)
-                    .filter(|&i| buildings.get(i).is_some_and(|b| b.outline.contains(p.x, p.y)))
-                    .min()?;
+                let index = outlines.at(p.x, p.y)?;
                 let building = buildings.get(index)?;
                 let vertical = building.roofs.nearest_height(p.x, p.y, p.z).map(|z| (p.z - z) as f32);
                 let orthogonal = building.nearest.as_ref().map(|nearest| nearest.distance(p) as f32);

@@ -7,11 +7,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::agreement::Agreement;
+use super::completeness::BuildingCompleteness;
 use super::faces::{FaceCount, count_faces};
 use super::hausdorff::{SurfaceDistance, surface_distance};
 use super::overlap::{Overlap, overlap};
 use super::shape::Shape;
 use super::summary::median;
+use crate::completeness;
 use crate::geometry::seed_of;
 
 /// Sample points per surface for the distances between surfaces.
@@ -41,6 +43,9 @@ pub struct BuildingEvaluation {
     /// How well the points agree with it; absent when no points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Agreement>,
+    /// What was scanned and is not in it, and what is in it and was not scanned; absent without points or geometry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub completeness: Option<BuildingCompleteness>,
     /// How well it agrees with the building of the same id in the reference; absent when there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceAgreement>,
@@ -97,6 +102,9 @@ pub struct Overall {
     /// Buildings by how far their top is above their highest point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tops: Option<Tops>,
+    /// Buildings of which something was scanned and is not in the model, or is in it and was not scanned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub completeness: Option<completeness::Counts>,
     /// Agreement with the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<OverallReference>,
@@ -167,6 +175,7 @@ impl Evaluation {
                     solids: count_faces(shape),
                     faults: faults.map(of_shape),
                     points: each_points.get(index).copied(),
+                    completeness: None,
                     reference: other.map(|other| compare(shape, other)),
                 }
             })
@@ -188,9 +197,20 @@ impl Evaluation {
             triangles: typical(|c| c.triangles),
             points: all_points,
             tops: all_points.map(|_| Tops::of(&each_points)),
+            completeness: None,
             reference: references.map(|map| OverallReference::of(&buildings, &map)),
         };
         Self { overall, buildings }
+    }
+
+    /// The same with what a [`CompletenessMeter`](super::CompletenessMeter) found over all and shape by shape.
+    #[must_use]
+    pub fn with_completeness(mut self, (all, each): (completeness::Counts, Vec<Option<BuildingCompleteness>>)) -> Self {
+        self.overall.completeness = Some(all);
+        for (building, found) in self.buildings.iter_mut().zip(each) {
+            building.completeness = found;
+        }
+        self
     }
 }
 

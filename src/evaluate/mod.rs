@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! CityJSON ──read_shapes──► Shape ─┬─ PointMeter: laser points to roofs and faces
+//!                                  ├─ CompletenessMeter: what is missing, in excess, or roofed ground
 //!                                  ├─ surface_distance, overlap: to a reference
 //!                                  └─ count_faces: how compact it is
 //! ```
@@ -25,11 +26,12 @@
 //! ```
 
 mod agreement;
-mod cover;
+mod completeness;
 mod evaluation;
 mod faces;
 mod hausdorff;
 mod model;
+mod outlines;
 mod overlap;
 mod shape;
 mod summary;
@@ -38,14 +40,15 @@ mod tiles;
 #[cfg(test)]
 mod tests;
 
-pub use crate::geometry::triangulate;
+pub use crate::geometry::{Cover, triangulate};
 pub use agreement::{Agreement, PointMeter};
-pub use cover::Cover;
+pub use completeness::{BuildingCompleteness, CompletenessMeter, Fault, FaultyArea};
 pub use evaluation::{BuildingEvaluation, Evaluation, Overall, OverallReference, ReferenceAgreement, Tops, Typical};
 pub use faces::{FaceCount, count_faces};
 pub use hausdorff::{NearestFace, SurfaceDistance, surface_distance};
 pub use model::{ModelFile, read_shapes};
+pub use outlines::Outlines;
 pub use overlap::{Overlap, overlap};
 pub use shape::{Shape, ShapeFace};
 pub use summary::{DistanceSummary, median};
-pub use tiles::{TileFilter, stream_points};
+pub use tiles::{Classified, TileFilter, stream_points};

@@ -7,10 +7,9 @@
 use nalgebra::Point3;
 use serde::Serialize;
 
-use super::cover::projected_area;
 use super::shape::Shape;
 use super::summary::DistanceSummary;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, projected_area};
 use crate::solid::SurfaceType;
 
 /// How two closed shapes overlap.

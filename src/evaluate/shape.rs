@@ -2,9 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::cover::Cover;
 use crate::building::Building;
-use crate::geometry::{Aabb, newell, triangulate};
+use crate::geometry::{Aabb, Cover, newell, triangulate};
 use crate::solid::{Solid, SurfaceType};
 
 /// A planar polygon of a [`Shape`].

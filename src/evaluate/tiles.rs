@@ -24,7 +24,10 @@ pub struct TileFilter<'a> {
     pub crs: Option<&'a Crs>,
 }
 
-/// Streams the points of these classes, without withheld and synthetic ones, in batches of local metres through `visit`.
+/// A point in local metres, and its class.
+pub type Classified = (Point3<f64>, u8);
+
+/// Streams the points of these classes, without withheld and synthetic ones, in batches through `visit`.
 /// Of a COPC tile only the nodes that touch one of `boxes` (`[min, max]` in local metres) are read.
 ///
 /// Returns what is wrong with tiles whose other points were used.
@@ -35,7 +38,7 @@ pub fn stream_points(
     tiles: &[PathBuf],
     filter: TileFilter<'_>,
     boxes: &[[[f64; 2]; 2]],
-    visit: &mut dyn FnMut(&[Point3<f64>]),
+    visit: &mut dyn FnMut(&[Classified]),
 ) -> Result<Vec<TileProblem>> {
     let frame = filter.frame;
     let wanted = |low: [f64; 2], high: [f64; 2]| {
@@ -60,7 +63,7 @@ pub fn stream_points(
         let reading = tile.stream(Some(&wanted), &mut |block| {
             let real = block.points().filter(|p| !p.withheld && !p.synthetic && filter.classes.contains(&p.class));
             for point in real {
-                batch.push(frame.to_local(point.position));
+                batch.push((frame.to_local(point.position), point.class));
                 if batch.len() == BATCH {
                     visit(&batch);
                     batch.clear();
@@ -80,6 +83,8 @@ impl PointMeter {
     /// As [`stream_points`].
     pub fn add_tiles(&mut self, tiles: &[PathBuf], filter: TileFilter<'_>) -> Result<Vec<TileProblem>> {
         let boxes: Vec<_> = self.boxes().collect();
-        stream_points(tiles, filter, &boxes, &mut |points| self.add(points))
+        stream_points(tiles, filter, &boxes, &mut |points| {
+            self.add(&points.iter().map(|(point, _)| *point).collect::<Vec<_>>());
+        })
     }
 }

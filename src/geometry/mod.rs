@@ -1,12 +1,16 @@
-//! Planes, boxes and triangles in floating point, and random numbers: what every floor above may use.
+//! Planes, boxes, triangles and polygons in floating point, and random numbers: what every floor above may use.
 //!
 //! Exact arithmetic, where topology is decided, lives with the [cell complex](crate::reconstruct::complex).
 
+mod cover;
 mod plane;
+mod prepared;
 mod random;
 mod triangulate;
 
+pub use cover::{Cover, projected_area};
 pub use plane::Plane;
+pub use prepared::PreparedPolygon;
 pub use random::{Random, hash, seed_of};
 pub use triangulate::{newell, triangle_indices, triangulate};
 

@@ -4,15 +4,15 @@ use geo::{Contains, MultiPolygon};
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
 use super::complex::{Complex, PlaneId};
+use super::primitives::enclosure;
 use super::primitives::height_jumps::{self, JumpOptions};
 use super::primitives::roof_map::RoofMap;
 use super::primitives::trace::{self, Trace};
-use super::primitives::undersides::Tops;
 use super::primitives::walls::Walls;
-use super::primitives::{self, Extent, Primitive, PrimitiveKind};
-use super::{Failure, Parameters};
+use super::primitives::{Extent, Primitive, PrimitiveKind};
+use super::{Detected, Failure, Parameters};
 use crate::building::Reason;
-use crate::geometry::{Aabb, Plane, seed_of};
+use crate::geometry::{Aabb, Plane};
 use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
@@ -23,8 +23,6 @@ const SIDE_MARGIN: f64 = 1.0;
 const TOP_MARGIN: f64 = 0.4;
 /// Traces reach so far beyond their ends, metres, to meet the planes that they end at.
 const TRACE_MARGIN: f64 = 0.05;
-/// An underside with a point lower than this above the ground is the floor, metres.
-const GROUND_FLOOR: f64 = 0.5;
 /// Height jumps reach further: their ends are known to a pixel only.
 const JUMP_MARGIN: f64 = 0.4;
 /// A height jump this close to the line of a footprint edge or of another jump is on it, metres.
@@ -52,16 +50,12 @@ pub struct Hypotheses {
 }
 
 impl Hypotheses {
-    /// Detects the roofs and concludes the walls.
+    /// Concludes from the planes that were detected where roofs lie and walls stand.
     ///
     /// # Errors
     /// Fails where the points show no roof above the ground.
-    pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
-        let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
-        let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
-            detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
-        let detected = roofs.len() + walls.len();
-        let (undersides, covered) = take_covered(site, &mut roofs, &walls);
+    pub fn new(site: &Site, detected: &Detected, parameters: &Parameters) -> Result<Self, Failure> {
+        let mut roofs = detected.roofs.clone();
         if roofs.is_empty() {
             roofs.push(flat_roof(&site.points)?);
         }
@@ -70,33 +64,37 @@ impl Hypotheses {
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
         let bounds = bounds(site, &roofs, footprint.as_ref())?;
-        for (label, roof) in (0u32..).zip(&mut roofs) {
-            reach(roof, label, &map);
+        let regions = map.extremes(roofs.len());
+        for (roof, region) in roofs.iter_mut().zip(&regions) {
+            reach(roof, region);
         }
         let mut hypotheses = Self {
             roofs: roofs.len(),
-            undersides: undersides.len(),
-            shows_overhang: !undersides.is_empty(),
+            undersides: detected.undersides.len(),
+            shows_overhang: !detected.undersides.is_empty(),
             primitives: roofs,
-            detected,
+            detected: detected.count,
             map,
             footprint,
             bounds,
         };
-        hypotheses.primitives.extend(undersides);
-        hypotheses.add_walls(site, &edges, &walls, &covered, parameters);
+        hypotheses.primitives.extend(detected.undersides.iter().cloned());
+        let revised = &regions[regions.len().saturating_sub(detected.revised)..];
+        hypotheses.add_walls(site, &edges, detected, revised, parameters);
         Ok(hypotheses)
     }
 
-    /// Walls from the footprint, from height jumps and, without a footprint, from the points.
+    /// Walls from the footprint, from height jumps, around the regions of roofs that were `revised`, and, without a
+    /// footprint, from the points.
     fn add_walls(
         &mut self,
         site: &Site,
         edges: &[Trace],
-        walls: &[Primitive],
-        covered: &[bool],
+        detected: &Detected,
+        revised: &[Vec<Point2<f64>>],
         parameters: &Parameters,
     ) {
+        let Detected { walls, covered, .. } = detected;
         let options = JumpOptions {
             min_height: parameters.step_height,
             min_length: parameters.step_length,
@@ -111,6 +109,9 @@ impl Hypotheses {
         if edges.is_empty() {
             jumps.extend(seen);
         }
+        // What a first model left unexplained stands between walls of its own: its outline need not be straight enough to
+        // be traced.
+        jumps.extend(revised.iter().flat_map(|region| enclosure::around(region, &main)));
         trace::regularise(&mut jumps, edges, SAME_LINE);
         let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
         self.primitives.extend(edges.iter().map(|edge| edge.primitive(heights, TRACE_MARGIN)));
@@ -147,25 +148,6 @@ impl Hypotheses {
     pub fn roof_points<'a>(&'a self, site: &'a Site) -> impl Iterator<Item = &'a Point3<f64>> {
         self.primitives.iter().take(self.roofs).flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize))
     }
-}
-
-/// Takes the undersides out of the roofs, and says which of the walls stand under a roof. What lies at the height of the
-/// ground is neither: the box has its own bottom.
-fn take_covered(site: &Site, roofs: &mut Vec<Primitive>, walls: &[Primitive]) -> (Vec<Primitive>, Vec<bool>) {
-    let (points, ground) = (&site.points, site.ground.height);
-    let tops = Tops::new(points, roofs);
-    let mut undersides = Vec::new();
-    let mut label = 0;
-    roofs.retain(|roof| {
-        let covered = tops.cover(roof, label);
-        label += 1;
-        if covered {
-            let low = roof.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR);
-            undersides.extend((!low).then(|| roof.clone()));
-        }
-        !covered
-    });
-    (undersides, walls.iter().map(|wall| tops.cover(wall, usize::MAX)).collect())
 }
 
 /// For want of planes: one horizontal roof at the median height of all points.
@@ -207,10 +189,11 @@ fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>
     Ok(bounds)
 }
 
-/// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing.
-fn reach(roof: &mut Primitive, label: u32, map: &RoofMap) {
-    let region: Vec<geo::Point<f64>> = map.region(label).map(|p| geo::Point::new(p.x, p.y)).collect();
-    let hull = geo::ConvexHull::convex_hull(&geo::MultiPoint(region));
+/// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing; `region`
+/// holds corners of the convex hull of that.
+fn reach(roof: &mut Primitive, region: &[Point2<f64>]) {
+    let hull =
+        geo::ConvexHull::convex_hull(&region.iter().map(|p| geo::Point::new(p.x, p.y)).collect::<geo::MultiPoint>());
     let corners: Vec<Point3<f64>> = hull
         .exterior()
         .coords()

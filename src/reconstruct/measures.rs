@@ -1,6 +1,7 @@
 //! What is measured of a building once its model stands.
 
 use nalgebra::{Point3, Vector3};
+use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
 use super::primitives::roof_map::{NOTHING, RoofMap};
 use crate::building::{RoofHeights, RoofType};
@@ -55,18 +56,18 @@ pub fn ridge_height(solids: &[Solid]) -> Option<f64> {
 
 /// Root mean square of the distances of `points` to the nearest face of some solids, metres; `None` without either.
 pub fn rmse<'a>(solids: impl IntoIterator<Item = &'a Solid>, points: &[Point3<f64>]) -> Option<f64> {
-    let mut patches: Vec<Patch> = solids
+    let patches: Vec<Patch> = solids
         .into_iter()
         .flat_map(|solid| solid.faces.iter().filter_map(move |face| Patch::of(solid, face)))
         .collect();
     if patches.is_empty() || points.is_empty() {
         return None;
     }
-    // Roofs first: most points are on them, and a small distance early spares the other faces.
-    patches.sort_by(|a, b| b.normal.z.total_cmp(&a.normal.z));
-    let squares = points
-        .iter()
-        .map(|point| patches.iter().fold(f64::INFINITY, |least, patch| patch.squared_distance(point, least)));
+    let tree = RTree::bulk_load(patches);
+    let squares = points.iter().filter_map(|point| {
+        let place = [point.x, point.y, point.z];
+        tree.nearest_neighbor(&place).map(|patch| patch.distance_2(&place))
+    });
     Some((squares.sum::<f64>() / points.len() as f64).sqrt())
 }
 
@@ -119,17 +120,10 @@ impl Patch {
         Some(Self { bounds, normal, dropped: normal.iamax(), edges })
     }
 
-    /// The squared distance of a point, or `least` if that is not above it.
-    fn squared_distance(&self, p: &Point3<f64>, least: f64) -> f64 {
-        let beside = |axis: usize| (self.bounds.min[axis] - p[axis]).max(p[axis] - self.bounds.max[axis]).max(0.0);
-        if (0..3).map(|axis| beside(axis).powi(2)).sum::<f64>() >= least {
-            return least;
-        }
-        let Some([anchor, _]) = self.edges.first() else { return least };
+    /// The squared distance of a point.
+    fn squared_distance(&self, p: &Point3<f64>) -> f64 {
+        let Some([anchor, _]) = self.edges.first() else { return f64::INFINITY };
         let distance = self.normal.dot(&(p - anchor));
-        if distance * distance >= least {
-            return least;
-        }
         if self.holds(&(p - self.normal * distance)) {
             return distance * distance;
         }
@@ -138,7 +132,7 @@ impl Patch {
             let t = (along.dot(&(p - a)) / along.norm_squared()).clamp(0.0, 1.0);
             (a + along * t - p).norm_squared()
         };
-        self.edges.iter().map(to_edge).fold(least, f64::min)
+        self.edges.iter().map(to_edge).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether a point of the plane lies in the face (even-odd rule, seen along the largest axis of the normal).
@@ -148,6 +142,20 @@ impl Patch {
             (a[v] > p[v]) != (b[v] > p[v]) && p[u] < a[u] + (p[v] - a[v]) / (b[v] - a[v]) * (b[u] - a[u])
         });
         crossings.count() % 2 == 1
+    }
+}
+
+impl RTreeObject for Patch {
+    type Envelope = AABB<[f64; 3]>;
+
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_corners(self.bounds.min, self.bounds.max)
+    }
+}
+
+impl PointDistance for Patch {
+    fn distance_2(&self, point: &[f64; 3]) -> f64 {
+        self.squared_distance(&Point3::from(*point))
     }
 }
 

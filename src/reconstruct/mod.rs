@@ -8,6 +8,7 @@ pub mod blocks;
 pub mod complex;
 pub(crate) mod confidence;
 mod decision;
+mod detected;
 mod footprint;
 mod hypotheses;
 pub mod labelling;
@@ -18,9 +19,12 @@ mod outline;
 mod parameters;
 mod partitioned;
 pub mod primitives;
+mod revision;
+mod rounds;
 pub(crate) mod semantics;
 pub mod surface;
 
+pub use detected::Detected;
 pub use hypotheses::Hypotheses;
 pub use parameters::{Parameters, Partition};
 pub use partitioned::Partitioned;
@@ -140,26 +144,45 @@ struct Attempt {
 }
 
 fn attempt(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
-    let mut measures = Measures {
-        ground: Some(site.ground),
-        coverage: Some(site.coverage),
-        points: site.points.len(),
-        ..Measures::default()
+    let mut solution = Solution {
+        measures: Measures {
+            ground: Some(site.ground),
+            coverage: Some(site.coverage),
+            points: site.points.len(),
+            ..Measures::default()
+        },
+        ..Solution::default()
     };
-    let mut outline = None;
-    let result = lod22(site, parameters, field, &mut measures, &mut outline);
-    Attempt { measures, outline, result }
+    let result = Detected::new(site, parameters).and_then(|detected| {
+        solve(site, &detected, parameters, field, &mut solution)?;
+        rounds::improve(site, &detected, parameters, field, &mut solution);
+        Ok(())
+    });
+    let Solution { measures, outline, solids } = solution;
+    Attempt { measures, outline, result: result.map(|()| solids) }
 }
 
-/// The road of the paper, once.
-fn lod22(
+/// What the method made of the planes that it was given.
+#[derive(Debug, Clone, Default)]
+struct Solution {
+    /// What was measured on the way.
+    measures: Measures,
+    /// The outline of the roofs in local metres, for a site without a footprint.
+    outline: Option<MultiPolygon<f64>>,
+    /// The solids.
+    solids: Vec<Solid>,
+}
+
+/// The road of the paper from the planes on, once. What was measured before a failure stands in `solution`.
+fn solve(
     site: &Site,
+    detected: &Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
-    measures: &mut Measures,
-    outline: &mut Option<MultiPolygon<f64>>,
-) -> Result<Vec<Solid>, Failure> {
-    let partitioned = Partitioned::new(site, parameters)?;
+    solution: &mut Solution,
+) -> Result<(), Failure> {
+    let Solution { measures, outline, .. } = solution;
+    let partitioned = Partitioned::with(site, detected, parameters)?;
     let Partitioned { hypotheses, complex, volumes, fixed, .. } = &partitioned;
     if site.footprint.is_none() {
         *outline = Some(outline::of_map(&hypotheses.map));
@@ -209,7 +232,8 @@ fn lod22(
     measures.roof_type = measures::roof_type(&solids);
     measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
     measures.ridge_height = measures::ridge_height(&solids);
-    Ok(solids)
+    solution.solids = solids;
+    Ok(())
 }
 
 /// The label of each cell, inside or not, by the cut (paper, section 3.4) that follows these occupancies; `height_field`

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::labelling::LabellingParameters;
 use super::primitives::DetectionParameters;
 use super::surface::SurfaceParameters;
+use crate::completeness::Limits;
 
 /// All parameters of the method, metric whatever the units of the CRS.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -28,6 +29,8 @@ pub struct Parameters {
     pub labelling: LabellingParameters,
     /// How the surface of the inside cells is cleaned.
     pub surface: SurfaceParameters,
+    /// What counts as scanned and not modelled, or modelled and not scanned.
+    pub completeness: Limits,
 }
 
 /// How the primitives cut space into cells.
@@ -51,6 +54,7 @@ impl Default for Parameters {
             partition: Partition::Adaptive,
             labelling: LabellingParameters::default(),
             surface: SurfaceParameters::default(),
+            completeness: Limits::default(),
         }
     }
 }

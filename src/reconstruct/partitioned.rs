@@ -1,7 +1,7 @@
 //! A building cut into cells, before anything is decided about them.
 
 use super::complex::Complex;
-use super::{Failure, Hypotheses, Parameters, Partition};
+use super::{Detected, Failure, Hypotheses, Parameters, Partition};
 use crate::building::Reason;
 use crate::geometry::seed_of;
 use crate::site::Site;
@@ -29,11 +29,15 @@ impl<'a> Partitioned<'a> {
     /// Fails where there is no point, no roof above the ground, or the complex would be larger than
     /// [`MAX_CELLS`](super::complex::MAX_CELLS).
     pub fn new(site: &'a Site, parameters: &Parameters) -> Result<Self, Failure> {
-        if site.points.is_empty() {
-            let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
-            return Err(Failure::new(reason, "no building point lies in the footprint"));
-        }
-        let hypotheses = Hypotheses::new(site, parameters)?;
+        Self::with(site, &Detected::new(site, parameters)?, parameters)
+    }
+
+    /// Cuts the box of a site by planes that were found before.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with(site: &'a Site, detected: &Detected, parameters: &Parameters) -> Result<Self, Failure> {
+        let hypotheses = Hypotheses::new(site, detected, parameters)?;
         let complex = match parameters.partition {
             Partition::Adaptive => Complex::adaptive(&hypotheses.primitives, &hypotheses.bounds),
             Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),

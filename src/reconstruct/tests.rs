@@ -36,6 +36,7 @@ fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) ->
         frame: Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [1.0; 3] },
         footprint: Some(footprint),
         points,
+        ground_points: Vec::new(),
         ground: Ground { height: 0.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
         attributes: Map::new(),

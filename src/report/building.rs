@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::building::{Building, LadderStep, Outcome, Setback};
+use crate::completeness::Extents;
 use crate::site::GroundSource;
 
 /// What became of one building.
@@ -34,6 +35,8 @@ pub struct BuildingReport {
     pub rmse_lod12: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face at LoD 2.2, metres.
     pub rmse_lod22: Option<f64>,
+    /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned.
+    pub completeness: Option<Extents>,
     /// The step of the ladder on which the building stands; null for a feature without usable geometry.
     pub ladder_step: Option<LadderStep>,
     /// The attempts at LoD 2.2 that came to nothing, finest first.
@@ -67,6 +70,7 @@ impl BuildingReport {
             coverage: measures.coverage.map(|coverage| coverage.share),
             rmse_lod12: measures.rmse_lod12,
             rmse_lod22: measures.rmse_lod22,
+            completeness: measures.completeness,
             ladder_step: building.ladder_step(),
             setbacks: measures.setbacks.clone(),
             faults_lod22: measures.faults_lod22.clone(),

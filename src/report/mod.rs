@@ -13,12 +13,12 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::run::Stage;
 use crate::segment::{PointCounts, SegmentOptions};
-use crate::sink::write_whole;
+use crate::sink::write_json;
 
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
@@ -122,9 +122,10 @@ pub struct TileReport {
 }
 
 impl Inputs {
-    /// Whether every tile was read to its end: if not, buildings may lack points without anyone seeing it.
+    /// Whether every file was read to its end: if not, buildings may lack points, or be lacking, without anyone seeing it.
     pub fn is_whole(&self) -> bool {
         self.tiles.iter().all(|tile| !tile.left_out && tile.missing_points == 0)
+            && self.footprints.as_ref().is_none_or(|footprints| footprints.missing == 0)
     }
 }
 
@@ -137,6 +138,8 @@ pub struct FootprintsReport {
     pub footprints: usize,
     /// Number of features without one; they are among the buildings, with the reason.
     pub rejected: usize,
+    /// Number of features that are missing because the file is cut off, as far as it tells.
+    pub missing: u64,
     /// The file's own coordinate reference system, if it names one.
     pub crs: Option<String>,
     /// The attribute that the ids were taken from.
@@ -160,9 +163,7 @@ impl Report {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let mut json = serde_json::to_vec_pretty(self).map_err(|e| Error::io(path, "write", e.into()))?;
-        json.push(b'\n');
-        write_whole(path, &json)
+        write_json(path, self)
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BuildingReport;
+use crate::completeness;
 
 /// How good the models are, over all buildings.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
@@ -12,6 +13,8 @@ pub struct Quality {
     pub rmse_lod22: Option<Percentiles>,
     /// The same to the LoD 1.2 roof.
     pub rmse_lod12: Option<Percentiles>,
+    /// Buildings of which something is scanned and not in the LoD 2.2 model, or in it and not scanned.
+    pub completeness: completeness::Counts,
 }
 
 /// Percentiles over buildings, by nearest rank: each is the value of one of the buildings.
@@ -45,6 +48,7 @@ impl Quality {
         Self {
             rmse_lod22: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod22)),
             rmse_lod12: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod12)),
+            completeness: completeness::Counts::of(buildings.iter().filter_map(|b| b.completeness.as_ref())),
         }
     }
 }

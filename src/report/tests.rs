@@ -119,6 +119,7 @@ fn report() -> Report {
             footprints: Some(FootprintsReport {
                 file: "f.geojson".into(),
                 footprints: 2,
+                missing: 0,
                 rejected: 1,
                 crs: None,
                 id_attribute: Some("id".into()),

@@ -5,11 +5,11 @@ use std::time::Duration;
 use rayon::ThreadPool;
 
 use super::checkpoint::{Checkpoint, Record};
-use super::guard::guarded;
 use super::observer::{Event, Observer, Stage};
 use super::ordered::in_order;
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, Result};
+use crate::guard::guarded;
 use crate::reconstruct::blocks;
 use crate::report::{BuildingReport, Counts, Scope, Stopwatch};
 use crate::site::Site;
@@ -196,6 +196,7 @@ mod tests {
             frame: FRAME,
             footprint: Some(square),
             points: vec![Point3::new(1.0, 1.0, 5.0); 7 * id % 11],
+            ground_points: Vec::new(),
             ground: Ground { height: 1.25, spread: 0.1, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             attributes: serde_json::Map::new(),

@@ -159,7 +159,10 @@ impl Checkpoint {
         let Self { folder, file, .. } = self;
         // Not every system removes a file that is open.
         drop(file);
-        fs::remove_dir_all(&folder).map_err(|e| Error::io(&folder, "remove", e))
+        match fs::remove_dir_all(&folder) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::io(&folder, "remove", e)),
+            _ => Ok(()),
+        }
     }
 
     fn fault(&self, source: io::Error) -> Error {

@@ -14,7 +14,6 @@ mod buildings;
 mod checkpoint;
 mod checks;
 mod feed;
-mod guard;
 mod identity;
 mod job;
 mod journal;
@@ -37,9 +36,9 @@ use journal::Journal;
 
 pub use checks::{MOST_THREADS, recording_date};
 pub use feed::{Fed, Feed};
-pub(crate) use guard::guarded;
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
+pub(crate) use tiles::agree_on_crs;
 
 /// Does a job: reads, reconstructs, writes the model and the report.
 ///
@@ -49,6 +48,22 @@ pub use observer::{Event, Observer, Silent, Stage};
 pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
     let field = job.field.load()?;
     run_with(job, observer, |site| reconstruct(site, &job.parameters, &*field))
+}
+
+/// The buildings of a job as they were scanned, in the order of the footprints and before anything is made of them.
+///
+/// # Errors
+/// As [`run`], as far as it concerns tiles and footprints.
+pub fn sites(job: &Job, observer: &dyn Observer) -> Result<Vec<Site>> {
+    let mut journal = Journal::new(observer);
+    let pool = job.pool()?;
+    let mut plan = plan::plan(job, &mut journal)?;
+    let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
+    let site = |task| match task {
+        buildings::Task::Reconstruct { site, .. } => Some(*site),
+        buildings::Task::Keep(_) => None,
+    };
+    Ok(tasks.into_iter().filter_map(site).collect())
 }
 
 /// Does a job and hands the buildings to a sink of the caller, which `open` opens once it is known what is to come. Where

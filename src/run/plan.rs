@@ -175,6 +175,7 @@ fn bring(
         file,
         footprints: layer.footprints.len(),
         rejected: layer.rejected.len(),
+        missing: layer.missing,
         crs: own_crs,
         id_attribute: layer.id_attribute,
     };

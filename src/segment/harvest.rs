@@ -1,13 +1,15 @@
 //! What one tile gives to the sites.
 
 use super::counts::PointCounts;
-use super::ground::{Choice, GROUND_CELL, LOWEST_CELL, Thinned};
+use super::ground::{GROUND_CELL, LOWEST_CELL, OPEN_CELL};
 use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};
+use super::thinned::{Choice, Thinned};
 use crate::error::Result;
 use crate::source::points::{Block, Extent, Tile, TileProblem};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// The part a class plays.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,6 +49,8 @@ pub(super) struct Harvest {
     pub points: BTreeMap<usize, Vec<[f64; 3]>>,
     /// Ground points, thinned.
     pub ground: Thinned,
+    /// Ground points inside each footprint, thinned less; for each apart, so that no neighbour changes what is kept.
+    pub inner_ground: BTreeMap<usize, Thinned>,
     /// Lowest points of any class, thinned.
     pub lowest: Thinned,
     /// What was counted.
@@ -63,6 +67,7 @@ impl Harvest {
         Self {
             points: BTreeMap::new(),
             ground: Thinned::new(Choice::Central, GROUND_CELL, metres_per_unit),
+            inner_ground: BTreeMap::new(),
             lowest: Thinned::new(Choice::Lowest, LOWEST_CELL, metres_per_unit),
             counts: PointCounts::default(),
             extents: Vec::new(),
@@ -92,6 +97,7 @@ impl Harvest {
             progress(tile.points);
             return Ok(harvest);
         }
+        let inner = || Thinned::new(Choice::Central, OPEN_CELL, metres_per_unit);
         let mut told = 0;
         let mut seen = Extent::EMPTY;
         let mut by_class = [0_u64; 256];
@@ -125,11 +131,16 @@ impl Harvest {
                     harvest.lowest.add(position);
                     if role.ground {
                         harvest.ground.add(position);
+                        for &index in footprints.iter().filter(|_| naming.by_place) {
+                            if all.contains(index, position) {
+                                harvest.inner_ground.entry(index).or_insert_with(inner).add(position);
+                            }
+                        }
                     }
                     if role.building && building.is_none() && naming.by_place {
                         for &index in footprints {
                             let local = to_local(&all.frames[index], position);
-                            if all.prepared[index].contains([local[0], local[1]]) {
+                            if all.prepared(index).contains([local[0], local[1]]) {
                                 harvest.points.entry(index).or_default().push(local);
                             }
                         }
@@ -164,6 +175,14 @@ impl Harvest {
             self.points.entry(index).or_default().extend(points);
         }
         self.ground.merge(other.ground);
+        for (index, ground) in other.inner_ground {
+            match self.inner_ground.entry(index) {
+                Entry::Vacant(slot) => {
+                    slot.insert(ground);
+                }
+                Entry::Occupied(mut slot) => slot.get_mut().merge(ground),
+            }
+        }
         self.lowest.merge(other.lowest);
         self.counts.add(&other.counts);
         self.extents.extend(other.extents);

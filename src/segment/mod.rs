@@ -1,7 +1,7 @@
 //! Segmentation: tiles and footprints become sites, one per footprint, whatever the tiling.
 //!
-//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, and of the
-//! ground around footprints one point per square metre. What is kept is a set: joining tiles in any order, cutting a
+//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, of the
+//! ground around footprints one point per square metre, and of the ground inside them four. What is kept is a set: joining tiles in any order, cutting a
 //! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
 //! ground around it.
@@ -13,9 +13,9 @@ mod harvest;
 mod naming;
 mod neighbourhood;
 mod options;
-mod prepared;
 mod refuse;
 mod strays;
+mod thinned;
 mod vegetation;
 
 #[cfg(test)]
@@ -25,7 +25,7 @@ pub use counts::{DroppedPoints, PointCounts};
 pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions};
 
 use crate::error::Result;
-use crate::site::Site;
+use crate::site::{Coverage, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
@@ -34,6 +34,8 @@ use nalgebra::Point3;
 use naming::Naming;
 use neighbourhood::Neighbourhood;
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+use thinned::Thinned;
 
 /// What segmentation gives.
 #[derive(Debug)]
@@ -113,53 +115,78 @@ fn join(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let gathered: Vec<_> =
-        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
-    let (ground, lowest) = (&harvest.ground, &harvest.lowest);
-    let mut sites = Vec::with_capacity(footprints.len());
-    let mut notes = Vec::with_capacity(footprints.len());
-    let finished: Vec<_> = footprints
+    let gathered: Vec<_> = (0..footprints.len())
+        .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
+        .collect();
+    let counts = Mutex::new(harvest.counts);
+    let finished: Vec<Finished> = gathered
         .into_par_iter()
-        .zip(gathered)
         .enumerate()
-        .map(|(index, (footprint, mut points))| {
-            let mut counts = PointCounts::default();
-            let dropped = &mut counts.dropped;
-            points.sort_unstable_by(lexicographic);
-            dropped.duplicate = without(&mut points, Vec::dedup);
-            let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
-            let ground = ground::estimate(index, &all, ground, lowest, lowest_point, options);
-            if options.building_classes.is_any() {
-                let least = ground.height + options.least_height;
-                dropped.low = without(&mut points, |points| points.retain(|p| p[2] >= least));
-                dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
+        .map(|(index, (points, inner_ground))| {
+            let (mut finished, count) =
+                finish(index, points, &all, (&harvest.ground, &harvest.lowest), &rectangles, options);
+            if let Some(count) = count {
+                counts.lock().unwrap_or_else(PoisonError::into_inner).add(&count);
             }
-            dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
-            dropped.beyond_party_wall =
-                strays::drop_beyond_party_wall(&mut points, &all.prepared[index], options) as u64;
-            counts.kept = points.len() as u64;
-            let (frame, polygon) = (all.frames[index], &all.polygons[index]);
-            let site = Site {
-                id: footprint.id,
-                frame,
-                footprint: Some(polygon.clone()),
-                points: points.into_iter().map(Point3::from).collect(),
-                ground,
-                coverage: coverage::coverage(polygon, &frame, &rectangles),
-                attributes: footprint.attributes,
-            };
-            (site, footprint.notes, counts)
+            let ground_points = ground::inside(&all.frames[index], inner_ground.as_ref());
+            finished.ground_points = ground_points.into_iter().map(Point3::from).collect();
+            finished
         })
         .collect();
-    let mut counts = harvest.counts;
-    for (site, note, count) in finished {
-        sites.push(site);
-        notes.push(note);
-        counts.add(&count);
+    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut sites = Vec::with_capacity(footprints.len());
+    let mut notes = Vec::with_capacity(footprints.len());
+    let places = all.frames.into_iter().zip(all.polygons);
+    for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
+        let Finished { points, ground_points, ground, coverage } = finished;
+        let (id, attributes) = (footprint.id, footprint.attributes);
+        let polygon = Some(polygon);
+        sites.push(Site { id, frame, footprint: polygon, points, ground_points, ground, coverage, attributes });
+        notes.push(footprint.notes);
     }
     let mut problems = harvest.problems;
     problems.sort();
     Ok(Segmentation { sites, notes, counts, problems })
+}
+
+/// What is known of the place of one footprint.
+struct Finished {
+    points: Vec<Point3<f64>>,
+    ground_points: Vec<Point3<f64>>,
+    ground: Ground,
+    coverage: Coverage,
+}
+
+/// Makes footprint `index` ready, of which `points` were harvested beside the `thinned` ground and lowest points. Gives
+/// the counts of its points as well; `None` without any.
+fn finish(
+    index: usize,
+    mut points: Vec<[f64; 3]>,
+    all: &Neighbourhood,
+    thinned: (&Thinned, &Thinned),
+    rectangles: &[([f64; 2], [f64; 2])],
+    options: &SegmentOptions,
+) -> (Finished, Option<PointCounts>) {
+    let has_points = !points.is_empty();
+    let mut counts = PointCounts::default();
+    let dropped = &mut counts.dropped;
+    points.sort_unstable_by(lexicographic);
+    dropped.duplicate = without(&mut points, Vec::dedup);
+    let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
+    let ground = ground::estimate(index, all, thinned.0, thinned.1, lowest_point, options);
+    if has_points {
+        if options.building_classes.is_any() {
+            let least = ground.height + options.least_height;
+            dropped.low = without(&mut points, |points| points.retain(|p| p[2] >= least));
+            dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
+        }
+        dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
+        dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, all.prepared(index), options) as u64;
+    }
+    counts.kept = points.len() as u64;
+    let coverage = coverage::coverage(&all.polygons[index], &all.frames[index], rectangles);
+    let points = points.into_iter().map(Point3::from).collect();
+    (Finished { points, ground_points: Vec::new(), ground, coverage }, has_points.then_some(counts))
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

@@ -1,12 +1,13 @@
 //! Which footprints are near a place.
 
-use super::prepared::Prepared;
+use crate::geometry::PreparedPolygon;
 use crate::site::Frame;
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use geo::{BoundingRect, MapCoords, MultiPolygon, coord};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
+use std::sync::OnceLock;
 
 /// Coordinates are rounded to this many steps per unit of the CRS, so that the same place has the same bits whatever
 /// the scale and offset of the tile that it comes from.
@@ -41,14 +42,14 @@ pub(super) fn polygon_to_local(frame: &Frame, polygon: &MultiPolygon<f64>) -> Mu
     })
 }
 
-/// All footprints, prepared, and a tree over their boxes.
+/// All footprints, prepared when they are first asked, and a tree over their boxes.
 pub(super) struct Neighbourhood {
     /// Local frames, one per footprint.
     pub frames: Vec<Frame>,
     /// Footprints in local metres.
     pub polygons: Vec<MultiPolygon<f64>>,
-    /// The same, prepared.
-    pub prepared: Vec<Prepared>,
+    /// The same, prepared: those far from all points never are.
+    prepared: Vec<OnceLock<Box<PreparedPolygon>>>,
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -71,12 +72,17 @@ impl Neighbourhood {
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
         Self {
             tree: RTree::bulk_load(boxes.collect()),
-            prepared: polygons.iter().map(Prepared::new).collect(),
+            prepared: polygons.iter().map(|_| OnceLock::new()).collect(),
             polygons,
             frames,
             reach: per_unit.map(|m| reach / m),
             square: per_unit.map(|m| SQUARE / m),
         }
+    }
+
+    /// Footprint `index` in its local frame, prepared.
+    pub fn prepared(&self, index: usize) -> &PreparedPolygon {
+        self.prepared[index].get_or_init(|| Box::new(PreparedPolygon::new(&self.polygons[index])))
     }
 
     /// Whether something is wanted of the rectangle.
@@ -111,7 +117,7 @@ impl Neighbourhood {
     /// Whether footprint `index` contains the place, in snapped CRS units.
     pub fn contains(&self, index: usize, position: [f64; 3]) -> bool {
         let [x, y, _] = to_local(&self.frames[index], position);
-        self.prepared[index].contains([x, y])
+        self.prepared(index).contains([x, y])
     }
 
     /// A lookup that remembers the square that it was last asked for.

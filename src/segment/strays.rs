@@ -2,7 +2,7 @@
 //! the higher neighbour's wall behind a party wall. Whatever a dormer, a chimney or a low extension could explain stays.
 
 use super::options::SegmentOptions;
-use super::prepared::Prepared;
+use crate::geometry::PreparedPolygon;
 use std::collections::BTreeMap;
 
 /// Side of the cells in plan; a cell and its neighbours make a window of 4.5 m.
@@ -52,7 +52,7 @@ pub(super) fn drop_hovering(points: &mut Vec<[f64; 3]>, options: &SegmentOptions
 /// Drops points in the band along the footprint's edges that rise above everything further inside. Gives how many.
 pub(super) fn drop_beyond_party_wall(
     points: &mut Vec<[f64; 3]>,
-    footprint: &Prepared,
+    footprint: &PreparedPolygon,
     options: &SegmentOptions,
 ) -> usize {
     let band = options.party_wall_band;
@@ -73,8 +73,8 @@ pub(super) fn drop_beyond_party_wall(
 #[cfg(test)]
 mod tests {
     use super::{drop_beyond_party_wall, drop_hovering};
+    use crate::geometry::PreparedPolygon;
     use crate::segment::SegmentOptions;
-    use crate::segment::prepared::Prepared;
     use geo::{MultiPolygon, polygon};
 
     /// A flat roof of 10 m by 10 m at 6 m, four points per square metre.
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn the_neighbours_wall_goes_and_the_own_parapet_stays() {
         let square = polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)];
-        let footprint = Prepared::new(&MultiPolygon::new(vec![square]));
+        let footprint = PreparedPolygon::new(&MultiPolygon::new(vec![square]));
         let mut points = roof();
         let parapet = (0..20).map(|i| [f64::from(i) * 0.5, 0.2, 7.0]);
         let wall = (0..30).map(|i| [9.9, f64::from(i) / 3.0, 8.0 + f64::from(i % 7) * 0.4]);

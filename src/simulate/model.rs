@@ -86,7 +86,11 @@ impl Model {
 }
 
 /// An outline under an affine map that leaves the vertical alone; exteriors stay counter-clockwise.
-fn map_outline(outline: &MultiPolygon<f64>, linear: &Matrix3<f64>, shift: &Vector3<f64>) -> MultiPolygon<f64> {
+pub(super) fn map_outline(
+    outline: &MultiPolygon<f64>,
+    linear: &Matrix3<f64>,
+    shift: &Vector3<f64>,
+) -> MultiPolygon<f64> {
     use geo::Orient;
     let mapped = outline.map_coords(|c| {
         let p = linear * Point3::new(c.x, c.y, 0.0) + shift;

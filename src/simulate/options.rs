@@ -103,6 +103,8 @@ pub struct ScanOptions {
     pub ghosts: Span,
     /// Outliers within 2 m of the building's box, as a share of its points.
     pub outliers: Span,
+    /// Share of the points of neighbours in the footprint that are taken for building.
+    pub stray_neighbours: Span,
     /// Share of the ground points in the footprint that are taken for building.
     pub stray_ground: Span,
     /// Share of the tree points over the footprint that are taken for building.
@@ -118,7 +120,8 @@ pub struct ScanOptions {
 }
 
 impl ScanOptions {
-    /// What networks are trained on: everything that goes wrong with airborne scans, in the amounts in which it does.
+    /// What networks are trained on: everything that goes wrong with airborne scans, in the amounts in which it does among
+    /// the building points of a cloud that is classified (`training/SCANS.md`).
     pub fn training() -> Self {
         Self {
             setup: SetupChoice::Mixed,
@@ -142,10 +145,11 @@ impl ScanOptions {
             roof_missing: Span::new(0.05, 0.3),
             walls_missing: Span::new(0.0, 1.0),
             dropped: Span::new(0.0, 0.1),
-            ghosts: Span::new(0.0, 0.01),
-            outliers: Span::new(0.0, 0.02),
-            stray_ground: Span::new(0.0, 0.3),
-            stray_vegetation: Span::new(0.0, 0.5),
+            ghosts: Span::new(0.0, 0.001),
+            outliers: Span::new(0.0, 0.002),
+            stray_neighbours: Span::new(0.0, 0.1),
+            stray_ground: Span::new(0.0, 0.03),
+            stray_vegetation: Span::new(0.0, 0.03),
             footprint: 0.85,
             footprint_shift: Span::new(0.0, 0.5),
             ground_error: 0.2,
@@ -180,6 +184,7 @@ impl ScanOptions {
             dropped: none,
             ghosts: none,
             outliers: none,
+            stray_neighbours: Span::fixed(1.0),
             stray_ground: none,
             stray_vegetation: none,
             footprint: 1.0,

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::header::PointCloud;
 use crate::building::{Building, Outcome, RoofHeights};
+use crate::completeness::Extents;
 use crate::site::Frame;
 
 /// An attribute that gable gives a building.
@@ -30,6 +31,10 @@ impl Subject<'_> {
     /// An absolute height from one in metres of the local frame.
     fn height(&self, local: Option<f64>) -> Option<Value> {
         height(&self.building.frame, local?).map(Value::from)
+    }
+
+    fn extent(&self, pick: fn(&Extents) -> f64) -> Option<Value> {
+        number(self.building.measures.completeness.as_ref().map(pick), 2)
     }
 
     fn roof_height(&self, pick: fn(&RoofHeights) -> f64) -> Option<Value> {
@@ -115,6 +120,24 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_confidence", "", "how sure the field is of the model's surface at LoD 2.2, 0 to 1", |s| {
         number(s.building.measures.confidence, 3)
     }),
+    row(
+        "gable_missing_area",
+        "m²",
+        "roof that was scanned more than 1 m above the model at LoD 2.2, all such areas together",
+        |s| s.extent(|e| e.missing.area),
+    ),
+    row("gable_missing_largest", "m²", "the largest of these areas", |s| s.extent(|e| e.missing.largest)),
+    row(
+        "gable_excess_area",
+        "m²",
+        "model at LoD 2.2 more than 1 m above everything that was scanned around, all such areas together",
+        |s| s.extent(|e| e.excess.area),
+    ),
+    row("gable_excess_largest", "m²", "the largest of these areas", |s| s.extent(|e| e.excess.largest)),
+    row("gable_roofed_ground_area", "m²", "open ground under the model at LoD 2.2, all such areas together", |s| {
+        s.extent(|e| e.roofed_ground.area)
+    }),
+    row("gable_roofed_ground_largest", "m²", "the largest of these areas", |s| s.extent(|e| e.roofed_ground.largest)),
     row("gable_field_fallback", "", "why the height-field vote decided, not the field that was asked for", |s| {
         s.building.measures.field_fallback.clone().map(Value::from)
     }),

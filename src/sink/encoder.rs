@@ -1,5 +1,6 @@
 //! A building as `CityObject`s: `Building` (LoD 0, attributes) → `BuildingPart` (LoD 1.2 and 2.2), as in the 3DBAG.
 
+use foldhash::fast::RandomState;
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -101,14 +102,14 @@ impl Encoder {
 struct Vertices {
     /// The building's origin in steps.
     origin: [i64; 3],
-    index: HashMap<[i64; 3], u32>,
+    index: HashMap<[i64; 3], u32, RandomState>,
     list: Vec<[f64; 3]>,
 }
 
 impl Vertices {
     fn new(building: &Building) -> Self {
         let origin = building.frame.origin.map(|c| c.round() as i64 * STEPS_PER_UNIT);
-        Self { origin, index: HashMap::new(), list: Vec::new() }
+        Self { origin, index: HashMap::default(), list: Vec::new() }
     }
 
     fn index(&mut self, vertex: [i64; 3]) -> u32 {

@@ -38,7 +38,7 @@ pub use attributes::{ATTRIBUTES, Attribute};
 pub use encoder::{Encoder, Ids};
 pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};
-pub use output::write_whole;
+pub use output::{write_json, write_whole};
 pub use sequence::Sequence;
 
 use std::path::{Path, PathBuf};

@@ -74,6 +74,10 @@ impl Output {
         match renamed {
             Ok(_) => {}
             Err(fault) if fault.error.kind() == io::ErrorKind::AlreadyExists => return Err(exists(&path).into()),
+            // Someone has removed the folder. The file is still open, and the work of hours need not be lost.
+            Err(fault) if fault.error.kind() == io::ErrorKind::NotFound => {
+                restore(fault.file, &target).map_err(|e| Error::io(&path, "write", e))?;
+            }
             Err(fault) => return Err(Error::io(&path, "rename the finished file to", fault.error)),
         }
         // The name is durable once its folder is. Not every file system can sync a folder, and the data are safe.
@@ -98,6 +102,17 @@ impl Output {
     }
 }
 
+/// Writes a finished file whose name is gone to `target`, whose folder is made anew.
+fn restore(mut file: NamedTempFile, target: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(folder(target))?;
+    let mut copy = temporary(0o666).tempfile_in(folder(target))?;
+    file.seek(SeekFrom::Start(0))?;
+    io::copy(file.as_file_mut(), copy.as_file_mut())?;
+    copy.as_file().sync_all()?;
+    copy.persist_noclobber(target)?;
+    Ok(())
+}
+
 /// Writes a whole file at once: it appears under its name when it is complete, in the place of one that is there.
 ///
 /// # Errors
@@ -105,6 +120,17 @@ impl Output {
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut output = Output::create(path, true, None)?;
     output.write(bytes)?;
+    output.commit(&[]).map(drop)
+}
+
+/// Writes a value as indented JSON in the same way, without ever holding the text in memory.
+///
+/// # Errors
+/// As [`write_whole`].
+pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
+    let mut output = Output::create(path, true, None)?;
+    serde_json::to_writer_pretty(&mut output.file, value).map_err(|e| output.fault("write", e.into()))?;
+    output.write(b"\n")?;
     output.commit(&[]).map(drop)
 }
 
@@ -131,4 +157,25 @@ pub(super) fn folder(path: &Path) -> &Path {
 /// The refusal to replace a file.
 pub(super) fn exists(path: &Path) -> InputError {
     InputError::new(path, "an existing file", "a new file name").remedy("Give --overwrite to replace it.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Output;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_that_is_removed_while_a_file_is_written_costs_nothing() {
+        let outside = tempfile::tempdir().unwrap();
+        let folder = outside.path().join("out");
+        std::fs::create_dir_all(folder.join("scratch")).unwrap();
+        let target = folder.join("city.json");
+        let mut output = Output::create(&target, false, Some(&folder.join("scratch"))).unwrap();
+        output.write(b"before ").unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        output.write(b"and after").unwrap();
+        assert_eq!(output.commit(b"BEFORE").unwrap(), 16);
+        assert_eq!(std::fs::read(&target).unwrap(), b"BEFORE and after");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing else is left");
+    }
 }

@@ -1,5 +1,6 @@
 //! The vertex list of a file: every grid point once.
 
+use foldhash::fast::RandomState;
 use std::collections::{BTreeMap, HashMap};
 
 /// Vertices in the order of their first use, as integers of the file's grid.
@@ -8,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 /// bytes instead of 32.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    blocks: BTreeMap<[i64; 3], HashMap<[u32; 3], u32>>,
+    blocks: BTreeMap<[i64; 3], HashMap<[u32; 3], u32, RandomState>>,
     len: usize,
     fresh: Vec<[i64; 3]>,
 }

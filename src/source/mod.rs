@@ -5,4 +5,5 @@ pub mod classes;
 pub mod crs;
 pub mod footprints;
 pub mod groups;
+mod open;
 pub mod points;

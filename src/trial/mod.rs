@@ -6,13 +6,14 @@
 //!
 //! A [`Column`] is a condition under which all truths are scanned, once for all fields: each field meets the same points,
 //! and by that the same cells. A [`Contender`] is a field with a name; the oracle is one that knows the truth and shows
-//! what the cells and the cut cost alone. Everything follows from one seed, whatever the number of threads.
+//! what the cells and the cut cost alone. A [`HeldOutTrial`] does the same on real scans, without a truth. Everything follows from one seed, whatever the number of threads.
 
 mod calibration;
 mod cells;
 mod column;
 mod figures;
 mod fraction;
+mod held_out;
 mod oracle;
 mod subject;
 #[cfg(test)]
@@ -31,6 +32,9 @@ pub use cells::CellFindings;
 pub use column::Column;
 pub use figures::Figures;
 pub use fraction::inside_fraction;
+pub use held_out::{
+    Confident, FEWEST_POINTS, HeldOutField, HeldOutFigures, HeldOutFindings, HeldOutTrial, Holding, Split,
+};
 pub use oracle::Oracle;
 pub use subject::{Places, Subject};
 pub use truths::{choose, overhanging};

@@ -196,6 +196,9 @@ fn random_damage_to_a_flatgeobuf_file() {
     }
     let mut bytes = Vec::new();
     writer.write(&mut bytes).unwrap();
+    std::fs::write(folder.path().join("f.fgb"), &bytes[..bytes.len() - 9]).unwrap();
+    let cut_off = run_in(folder.path(), "house.laz", "f.fgb", "");
+    assert_ends(&cut_off, 2, &["f.fgb: it is cut off: 1 of 3 features are missing"]);
     std::fs::write(folder.path().join("f.fgb"), bytes).unwrap();
     assert!(run_in(folder.path(), "house.laz", "f.fgb", "").code != 1);
     survives(folder.path(), "house.laz", "f.fgb", "f.fgb", 9);

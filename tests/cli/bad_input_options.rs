@@ -69,3 +69,20 @@ fn what_is_misspelt_gets_the_nearest() {
     let run = gable(["recontruct"]);
     assert_ends(&run, 1, &["'reconstruct'"]);
 }
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_told_and_do_not_hang() {
+    let folder = house_folder();
+    let pipe = folder.path().join("pipe.laz");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    assert_ends(&gable(["info".as_ref(), pipe.as_os_str()]), 1, &["pipe.laz: found a pipe, not a file"]);
+    let footprints = folder.path().join("pipe.geojson");
+    std::fs::rename(&pipe, &footprints).unwrap();
+    assert_ends(&gable(["info".as_ref(), footprints.as_os_str()]), 1, &["pipe.geojson: found a pipe, not a file"]);
+    assert_ends(&gable(["validate", "/dev/zero"]), 1, &["/dev/zero: found a device, not a file"]);
+    // A file without end in all but name.
+    let zeros = folder.path().join("zeros.city.json");
+    std::fs::File::create(&zeros).unwrap().set_len(1 << 40).unwrap();
+    assert_ends(&gable(["validate".as_ref(), zeros.as_os_str()]), 1, &["zeros.city.json, line 1, column 1"]);
+}

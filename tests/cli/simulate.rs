@@ -78,6 +78,48 @@ fn training_data_are_made_and_not_overwritten_by_mistake() {
 }
 
 #[test]
+fn real_tiles_become_training_data() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    // Two towns that stand for tiles of a flight.
+    for (town, seed) in [("west", "4"), ("east", "5")] {
+        let mut command =
+            command(["simulate", "--generate", "6", "--density", "6", "--setup", "airborne", "--seed", seed]);
+        let run: Run = command.arg("--scans").arg(path(town)).output().unwrap().into();
+        assert_eq!(run.code, 0, "{}", run.err);
+    }
+    let make = |town: &str, output: &str, rest: &[&str]| -> Run {
+        let mut command = command(["simulate", "--variants", "2", "--split", "1,0,0"]);
+        command.arg("-f").arg(path(town).join("footprints.geojson")).arg("-o").arg(path(output)).args(rest);
+        command.arg("--real").arg(path(town).join("points.laz")).output().unwrap().into()
+    };
+    let run = make("west", "shards", &[]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_says(&run.out, &["points.laz", "train (1 tile)"]);
+    let manifest = json_of(path("shards").join("manifest.json"));
+    assert_eq!(manifest["tiles"]["points.laz"], "train");
+    assert!(manifest["scans"]["train"].as_u64().unwrap() >= 8, "{manifest:#}");
+    let run = make("west", "again", &["--jobs", "1"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let shard = |name: &str| std::fs::read(path(name).join("train-00000.safetensors")).unwrap();
+    assert!(shard("shards") == shard("again"));
+
+    let mut command = command(["simulate", "--hold-back"]);
+    command.arg(path("east").join("points.laz")).arg("-f").arg(path("east").join("footprints.geojson"));
+    let run: Run = command.arg("-o").arg(path("held")).output().unwrap().into();
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_says(&run.out, &["validation (1 tile)"]);
+    // Footprints are needed, and points of the class that is asked for.
+    let mut command = crate::bench::command(["simulate", "--real"]);
+    let run: Run = command.arg(path("west").join("points.laz")).arg("-o").arg(path("x")).output().unwrap().into();
+    assert_eq!(run.code, 1);
+    assert_says(&run.err, &["--footprints"]);
+    let run = make("west", "x", &["--building-class", "64"]);
+    assert_eq!(run.code, 1, "{}", run.out);
+    assert_says(&run.err, &["64"]);
+}
+
+#[test]
 fn what_cannot_be_scanned_is_said() {
     let folder = tempdir().unwrap();
     let output = folder.path().join("out");

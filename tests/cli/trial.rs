@@ -1,6 +1,6 @@
 //! `gable evaluate --field`.
 
-use crate::bench::{assert_says, gable, json_of, shared};
+use crate::bench::{Run, assert_says, command, data, gable, json_of, shared};
 
 #[test]
 fn fields_are_tried_on_generated_buildings() {
@@ -54,14 +54,63 @@ fn models_of_other_makers_are_truths() {
 }
 
 #[test]
+fn fields_are_tried_on_real_scans_by_points_held_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let [tile, footprints] = ["delft_ahn3.laz", "footprints.geojson"].map(data);
+    let trial = |name: &str, jobs: &str, more: &[&str]| {
+        let json = folder.path().join(name);
+        let mut command = command(["evaluate", "--field", "height-field", "--hold-out", "0.5", "--jobs", jobs]);
+        command.args(more).arg("--json").arg(&json).arg("--points").arg(&tile).arg("--footprints").arg(&footprints);
+        let run = Run::from(command.output().unwrap());
+        assert_eq!(run.code, 0, "{}", run.err);
+        (run, json_of(&json))
+    };
+    let (run, report) = trial("a.json", "1", &[]);
+    assert_says(&run.out, &["| by the points held out", "height-field", "Missing, m²", "Confidence from 0.9"]);
+    let figures = &report["fields"][0]["figures"];
+    // Of 71 footprints 66 hold 50 points.
+    assert_eq!(figures["buildings"], 66);
+    let figure = |figures: &serde_json::Value, pointer: &str| figures.pointer(pointer).unwrap().as_f64().unwrap();
+    assert!(
+        figure(figures, "/vertical/median") < 0.05 && figure(figures, "/vertical/within_0_2") > 0.75,
+        "{figures:#}"
+    );
+    assert!(figure(figures, "/completeness/missing/from_10") <= 3.0, "{figures:#}");
+    // The same whatever the number of threads, but for the time it takes.
+    let timeless = |mut report: serde_json::Value| {
+        let field = &mut report["fields"][0];
+        field["figures"]["cpu_ms"].take();
+        field["buildings"].as_array_mut().unwrap().iter_mut().for_each(|building| drop(building["cpu_ms"].take()));
+        report
+    };
+    let thin = ["--density", "1"];
+    let (_, one) = trial("b.json", "1", &thin);
+    let (_, two) = trial("c.json", "2", &thin);
+    assert_eq!(timeless(one.clone()), timeless(two));
+    // From fewer points, judged by the same.
+    let thinned = &one["fields"][0];
+    assert!(figure(&thinned["figures"], "/vertical/median") > figure(figures, "/vertical/median"));
+    for (a, b) in
+        thinned["buildings"].as_array().unwrap().iter().zip(report["fields"][0]["buildings"].as_array().unwrap())
+    {
+        assert_eq!((&a["id"], &a["held_out"]), (&b["id"], &b["held_out"]));
+        assert!(a["points"].as_u64() <= b["points"].as_u64());
+    }
+}
+
+#[test]
 fn what_cannot_be_tried_is_said() {
     for (arguments, says) in [
         ("evaluate --field oracle", "no closed and valid LoD 2 building"),
         ("evaluate --generate 2", "--field"),
+        ("evaluate --field oracle --generate 1 --points a.laz", "--hold-out"),
+        ("evaluate --field oracle --points a.laz --footprints a.geojson --hold-out 0.5", "fields that need no truth"),
+        ("evaluate --field height-field --points a.laz --hold-out 0.5", "--footprints"),
+        ("evaluate --field height-field --points a.laz --footprints a.geojson --hold-out 1", "below 1"),
         ("evaluate a b", "found 2 models, expected one"),
         ("evaluate --field oracle --generate 1 --columns dusk", "airborne-10"),
         ("evaluate --field oracle a --columns overhangs-full-view", "--generate"),
-        ("evaluate --field oracle a --points b", "cannot be used with"),
+        ("evaluate --field oracle a --reference b", "cannot be used with"),
         ("evaluate --field oracle nothing.city.json", "nothing.city.json"),
     ] {
         let run = gable(arguments.split(' '));

@@ -59,6 +59,7 @@ fn case(number: u64) -> Case {
         frame: Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [unit; 3] },
         footprint: (!is_bare).then_some(footprint),
         points: cloud.points,
+        ground_points: Vec::new(),
         ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
         attributes: Map::new(),

@@ -64,6 +64,7 @@ def model_card(trainer, figures, table):
     shards, hours = trainer.batches.shards, trainer.seconds / 3600.0
     scans, held_out = len(shards), len(trainer.validation.shards)
     steps, seed = f"{figures['steps']} steps of {config.batch.scans} scans", config.run.seed
+    started = f"; started from `{trainer.start.name}`" if trainer.start else ""
     return f"""\
 # {config.name}
 
@@ -79,7 +80,7 @@ Output: probability of being inside and distance to the surface. Temperature {fi
 {manifest_lines(trainer.data)}
 ## Training
 
-- {figures["parameters"]} parameters, {steps}, {hours:.2f} h, seed {seed}
+- {figures["parameters"]} parameters, {steps}, {hours:.2f} h, seed {seed}{started}
 - hardware: {hardware(trainer.device)}; torch {torch.__version__}
 
 ## Figures ({figures["split"]} split; "vote" is the height-field vote on the same cells)

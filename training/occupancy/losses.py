@@ -1,4 +1,7 @@
-"""What is minimised: the paper's two losses (sign and distance, section 3.3) and the cells' probabilities."""
+"""What is minimised: the paper's two losses (sign and distance, section 3.3) and the cells' probabilities.
+
+Of a real scan only a part is known: what is not counts nothing, and its distances are not known at all.
+"""
 
 import torch
 from torch.nn import functional
@@ -8,6 +11,13 @@ def ratio(network, answers):
     """|d| / r from raw answers [..., 2]."""
     second = answers[..., 1]
     return second.abs() if network.interface.name == "points2surf" else torch.sigmoid(second)
+
+
+def known_mean(values, known):
+    """The mean [n, M] of those values [n, M, T] that are known, 0.5 where none is."""
+    count = known.sum(dim=2)
+    mean = (values * known).sum(dim=2) / count.clamp(min=1.0)
+    return torch.where(count > 0, mean, torch.full_like(mean, 0.5))
 
 
 def losses(network, answers, batch, settings):
@@ -24,23 +34,31 @@ def losses(network, answers, batch, settings):
     # The mean is 1, so that leaving a group out does not change the size of the loss.
     counted = counted * (counted.numel() / counted.sum().clamp(min=1.0))
 
-    weight = counted
+    weight = counted * batch["known"]
     if settings.noise_band > 0.0:
         # Labels inside the noise band are a coin toss: they must not dominate.
-        weight = counted * (distance / (settings.noise_band * batch["scale"].unsqueeze(1))).clamp(max=1.0)
-    sign = (functional.binary_cross_entropy_with_logits(answers[..., 0], inside, reduction="none") * weight).mean()
+        weight = weight * (distance / (settings.noise_band * batch["scale"].unsqueeze(1))).clamp(max=1.0)
+    sign = functional.binary_cross_entropy_with_logits(answers[..., 0], inside, reduction="none")
+    # Over all queries, not over the known ones: a scan of which little is known shall not weigh as much as the others.
+    sign = (sign * weight).mean()
 
     target, found = distance / radius, ratio(network, answers)
     if settings.distance_form == "tanh":
         far = (torch.tanh(found) - torch.tanh(target)).square()
     else:
         far = functional.smooth_l1_loss(found, target.clamp(max=1.0), beta=0.1, reduction="none")
-    far = (far * counted).mean()
+    far = (far * counted * batch["exact"].unsqueeze(1)).mean()
 
     parts = {"sign": sign, "distance": far, "cells": sign.new_zeros(())}
     if layout.cells > 0 and settings.cells > 0.0:
-        logits = answers[:, layout.near + layout.uniform :, 0].reshape(-1, layout.cells, layout.samples)
-        mean = torch.sigmoid(logits).mean(dim=2).clamp(1e-6, 1.0 - 1e-6)
-        parts["cells"] = functional.binary_cross_entropy(mean, batch["cell_inside"].clamp(0.0, 1.0))
+        logits, known = (
+            values[:, layout.near + layout.uniform :].reshape(-1, layout.cells, layout.samples)
+            for values in (answers[..., 0], batch["known"])
+        )
+        mean = known_mean(torch.sigmoid(logits), known).clamp(1e-6, 1.0 - 1e-6)
+        cells = functional.binary_cross_entropy(mean, batch["cell_inside"].clamp(0.0, 1.0), reduction="none")
+        # None of the drawn samples may be known although some of the cell is.
+        counted_cells = batch["cell_known"] * known.any(dim=2)
+        parts["cells"] = (cells * counted_cells).mean()
     parts["loss"] = sign + settings.distance * far + settings.cells * parts["cells"]
     return parts

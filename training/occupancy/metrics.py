@@ -35,6 +35,15 @@ class Predictions:
             len(self.logit), self.layout.cells, self.layout.samples
         )
 
+    def known_samples(self):
+        """Whether the truth at the cells' samples is known [n, M, T]."""
+        known = self.truth["known"][:, self.layout.near + self.layout.uniform :]
+        return known.reshape(len(known), self.layout.cells, self.layout.samples).astype(bool)
+
+    def cell_weights(self):
+        """The share of each cell that is known [n, M], 0 where none of its samples is."""
+        return self.truth["cell_known"] * self.known_samples().any(axis=2)
+
 
 @torch.no_grad()
 def predict(network, batches, device, limit=0):
@@ -52,12 +61,15 @@ def predict(network, batches, device, limit=0):
                 name: batch[name].numpy()
                 for name in (
                     "inside",
+                    "known",
                     "distance",
                     "radius",
                     "cell_inside",
+                    "cell_known",
                     "cell_volume",
                     "cell_vote",
                     "scale",
+                    "exact",
                     "setup",
                     "noise",
                     "density",
@@ -79,18 +91,30 @@ def sigmoid(x):
     return 0.5 * (1.0 + np.tanh(0.5 * x))
 
 
-def cross_entropy(probability, truth):
+def known_mean(values, known):
+    """The mean [n, M] of those values [n, M, T] that are known, 0.5 where none is."""
+    count = known.sum(axis=2)
+    return np.where(count > 0, (values * known).sum(axis=2) / np.maximum(count, 1), 0.5)
+
+
+def weighted_mean(values, weights):
+    """The mean of some values by weight; 0 without any weight."""
+    return float((values * weights).sum() / max(weights.sum(), 1e-9))
+
+
+def cross_entropy(probability, truth, weights):
     """Mean cross entropy of probabilities against inside shares."""
     p = np.clip(probability, 1e-6, 1.0 - 1e-6)
-    return float(-(truth * np.log(p) + (1.0 - truth) * np.log(1.0 - p)).mean())
+    return weighted_mean(-(truth * np.log(p) + (1.0 - truth) * np.log(1.0 - p)), weights)
 
 
 def temperature(predictions):
     """The T that minimises the cross entropy of the cells' mean sigmoid(logit / T) against their inside share."""
     logits, truth = predictions.cell_logits().astype(np.float64), predictions.truth["cell_inside"]
+    known, weights = predictions.known_samples(), predictions.cell_weights()
 
     def cost(t):
-        return cross_entropy(sigmoid(logits / t).mean(axis=2), truth)
+        return cross_entropy(known_mean(sigmoid(logits / t), known), truth, weights)
 
     best, width = 0.0, np.log(8.0)
     # A search on ln T by ever finer grids: one variable, one minimum, no slope needed.
@@ -101,47 +125,58 @@ def temperature(predictions):
     return float(np.exp(best))
 
 
-def calibration_error(probability, truth, bins=15):
+def calibration_error(probability, truth, weights, bins=15):
     """Expected calibration error: mean over the cells of the gap between told and true inside share of their bin."""
     which = np.minimum((probability * bins).astype(int), bins - 1).ravel()
-    counts = np.bincount(which, minlength=bins)
-    told = np.bincount(which, probability.ravel(), bins)
-    true = np.bincount(which, truth.ravel(), bins)
-    return float(np.abs(told - true).sum() / max(counts.sum(), 1))
+    told = np.bincount(which, (weights * probability).ravel(), bins)
+    true = np.bincount(which, (weights * truth).ravel(), bins)
+    return float(np.abs(told - true).sum() / max(weights.sum(), 1e-9))
 
 
-def cell_figures(probability, truth):
-    """Figures of cell probabilities [n, M]: accuracy, IoU, calibration error, all-outside share."""
-    inside, volume = truth["cell_inside"] > 0.5, truth["cell_volume"]
+def cell_figures(probability, truth, weights):
+    """Figures of cell probabilities [n, M]: accuracy, IoU, calibration error, all-outside share.
+
+    A cell counts with the share of it that is known, its volume too.
+    """
+    inside, volume = truth["cell_inside"] > 0.5, truth["cell_volume"] * weights
     found = probability > 0.5
     # Every scan counts alike: volumes as shares of the scan's cells. The second IoU counts cubic metres.
     share = volume / np.maximum(volume.sum(axis=1, keepdims=True), 1e-9)
     both, either = inside & found, inside | found
-    solid = inside.any(axis=1)
+    solid = (inside & (weights > 0)).any(axis=1)
     return {
-        "cell_accuracy": float((inside == found).mean()),
+        "cell_accuracy": weighted_mean(inside == found, weights),
         "cell_iou": float((share * both).sum() / max((share * either).sum(), 1e-9)),
         "cell_iou_m3": float((volume * both).sum() / max((volume * either).sum(), 1e-9)),
-        "calibration_error": calibration_error(probability, truth["cell_inside"]),
-        "cross_entropy": cross_entropy(probability, truth["cell_inside"]),
+        "calibration_error": calibration_error(probability, truth["cell_inside"], weights),
+        "cross_entropy": cross_entropy(probability, truth["cell_inside"], weights),
         "all_outside": float((~found.any(axis=1) & solid).sum() / max(solid.sum(), 1)),
     }
 
 
+def share_of(right, counted):
+    """The share of those that count that are right; None where none counts."""
+    return float(right[counted].mean()) if counted.any() else None
+
+
 def figures(predictions, t, rows):
-    """All figures of the scans `rows` (a mask): the network's, and the vote's on the same cells."""
+    """All figures of the scans `rows` (a mask): the network's, and the vote's on the same cells. What is not known does
+    not count."""
     truth = {name: value[rows] for name, value in predictions.truth.items()}
     layout, logit = predictions.layout, predictions.logit[rows]
-    right = (logit > 0.0) == (truth["inside"] > 0)
-    near, uniform = right[:, : layout.near], right[:, layout.near : layout.near + layout.uniform]
-    probability = sigmoid(predictions.cell_logits()[rows] / t).mean(axis=2)
+    right, known = (logit > 0.0) == (truth["inside"] > 0), truth["known"] > 0
+    near, uniform = slice(layout.near), slice(layout.near, layout.near + layout.uniform)
+    probability = known_mean(sigmoid(predictions.cell_logits()[rows] / t), predictions.known_samples()[rows])
+    exact = truth["exact"] > 0
+    error = np.abs(predictions.ratio[rows] * truth["radius"] - truth["distance"])
+    weights = predictions.cell_weights()[rows]
     return {
         "scans": int(rows.sum()),
-        "sign_near": float(near.mean()) if near.size else None,
-        "sign_uniform": float(uniform.mean()) if uniform.size else None,
-        "distance_error_m": float(np.abs(predictions.ratio[rows] * truth["radius"] - truth["distance"]).mean()),
-        "network": cell_figures(probability, truth),
-        "vote": cell_figures(truth["cell_vote"], truth),
+        "sign_near": share_of(right[:, near], known[:, near]),
+        "sign_uniform": share_of(right[:, uniform], known[:, uniform]),
+        "distance_error_m": float(error[exact].mean()) if exact.any() else None,
+        "network": cell_figures(probability, truth, weights),
+        "vote": cell_figures(truth["cell_vote"], truth, weights),
     }
 
 
@@ -167,11 +202,11 @@ def evaluate(predictions, t):
 def rules(predictions, t):
     """Cell figures of one network under other ways to ask it: fewer samples, and the paper's rule."""
     logits, truth, layout = predictions.cell_logits(), predictions.truth, predictions.layout
-    found = {}
+    known, found = predictions.known_samples(), {}
     for count in [c for c in (1, 8, 16, 32) if c <= layout.samples]:
         name = "centroid only" if count == 1 else f"{count} samples"
-        found[name] = sigmoid(logits[:, :, :count] / t).mean(axis=2)
-    found["centroid only, uncalibrated"] = sigmoid(logits[:, :, 0])
+        found[name] = (known_mean(sigmoid(logits[:, :, :count] / t), known[:, :, :count]), count)
+    found["centroid only, uncalibrated"] = (sigmoid(logits[:, :, 0]), 1)
     # sigmoid(signed distance × volume × factor) of the centroid, in units of the scale.
     scale = truth["scale"][:, None]
     at = layout.near + layout.uniform + layout.samples * np.arange(layout.cells)
@@ -180,11 +215,13 @@ def rules(predictions, t):
         (PAPER_FACTOR, "paper: sigmoid(10⁶ · distance · volume)"),
         (1.0, "paper: sigmoid(distance · volume)"),
     ):
-        found[name] = sigmoid(factor * distance * truth["cell_volume"] / scale**3)
+        found[name] = (sigmoid(factor * distance * truth["cell_volume"] / scale**3), 1)
     figures_of = {}
-    for name, probability in found.items():
-        figures_of[name] = cell_figures(probability, truth)
-        figures_of[name]["undecided"] = float((np.abs(probability - 0.5) < 0.1).mean())
+    for name, (probability, count) in found.items():
+        # Of a cell counts what is known of the samples that are asked.
+        weights = truth["cell_known"] * known[:, :, :count].any(axis=2)
+        figures_of[name] = cell_figures(probability, truth, weights)
+        figures_of[name]["undecided"] = weighted_mean(np.abs(probability - 0.5) < 0.1, weights)
     return figures_of
 
 

@@ -9,9 +9,9 @@ from . import safetensors
 from .interface import Interface, names
 from .safetensors import FormatError
 
-CELL_TENSORS = ("cell_inside", "cell_volume", "cell_vote")
-SCAN_TENSORS = ("scale", "setup", "noise", "density")
-QUERY_TENSORS = ("place", "patch", "radius", "inside", "distance")
+CELL_TENSORS = ("cell_inside", "cell_known", "cell_volume", "cell_vote")
+SCAN_TENSORS = ("scale", "exact", "setup", "noise", "density")
+QUERY_TENSORS = ("place", "patch", "radius", "inside", "known", "distance")
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,12 @@ class Shards:
     def __init__(self, folders, split):
         self.files, described, paths = [], None, []
         for folder in folders_of(folders):
-            found = sorted(folder.glob(f"{split}-*.safetensors"))
-            if not found:
-                raise FormatError(f"{folder}: no {split}-*.safetensors; write the shards with `gable simulate`")
-            paths += found
+            if not any(folder.glob("*.safetensors")):
+                raise FormatError(f"{folder}: no shards; write them with `gable simulate`")
+            paths += sorted(folder.glob(f"{split}-*.safetensors"))
+        if not paths:
+            named = ", ".join(str(folder) for folder in folders_of(folders))
+            raise FormatError(f"{named}: no {split}-*.safetensors; `gable simulate --split` gives every split its share")
         for path in paths:
             tensors, metadata = safetensors.read(path)
             described = described or (path, metadata)

@@ -16,7 +16,9 @@ from . import metrics
 from .batches import Batches, Loader, to_device
 from .losses import losses
 from .networks import network_of
+from .resident import Resident
 from .shards import Shards
+from .warm_start import start_from
 
 CURVE = ("step", "minutes", "rate", "loss", "sign", "distance", "cells")
 
@@ -28,8 +30,10 @@ class ResumeError(ValueError):
 class Trainer:
     """One run in its folder: checkpoint.pt, curve.csv, validation.jsonl."""
 
-    def __init__(self, config, data, out, device="cpu", resume=False):
+    def __init__(self, config, data, out, device="cpu", resume=False, start=None, resident=False):
+        """`start` is a network file whose weights the run begins with; `resident` keeps all shards on the device."""
         self.config, self.out, self.device = config, Path(out), torch.device(device)
+        self.start, self.resident = start, resident
         self.out.mkdir(parents=True, exist_ok=True)
         self.checkpoint = self.out / "checkpoint.pt"
         if resume and not self.checkpoint.exists():
@@ -44,6 +48,8 @@ class Trainer:
         self.step, self.seconds = 0, 0.0
         if not resume:
             self.standardise()
+            if start is not None:
+                start_from(self.network, start)
         self.network.to(self.device, memory_format=torch.channels_last)
         self.average = [parameter.detach().clone() for parameter in self.network.parameters()]
         settings = config.optimiser
@@ -106,7 +112,7 @@ class Trainer:
         """Train to the end, or until a signal comes; True when the end was reached."""
         run = self.config.run
         previous = {s: signal.signal(s, self.interrupted) for s in (signal.SIGINT, signal.SIGTERM)}
-        loader = Loader(self.batches, self.step, run.seed, self.device.type == "cuda")
+        loader = self.loader(report)
         sums, count = None, 0
         saved = validated = self.seconds
         try:
@@ -130,6 +136,15 @@ class Trainer:
                 signal.signal(number, handler)
         self.save()
         return self.stopped is None
+
+    def loader(self, report):
+        """What gives the batches from the coming step on."""
+        seed = self.config.run.seed
+        if not self.resident:
+            return Loader(self.batches, self.step, seed, self.device.type == "cuda")
+        resident = Resident(self.batches, self.step, seed, self.device)
+        report(f"{resident.size() / 1e9:.2f} GB of shards in the memory of {self.device}")
+        return resident
 
     def interrupted(self, number, _frame):
         """Note a signal; the loop stops after the step that runs."""

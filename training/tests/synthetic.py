@@ -11,7 +11,7 @@ from occupancy.interface import EXTENT
 RASTER = ("hit", "highest", "mean", "footprint_flag", "footprint_distance")
 PLACE = ("x", "y", "z", "height", "ln_scale", "ln_radius", "footprint_flag", "footprint_coarse")
 PATCH = ("offset_x", "offset_y", "offset_z", "distance", "plane_distance", "plane_upward", "on_plane")
-SETUPS = ("full-view", "no-bottom", "airborne")
+SETUPS = ("full-view", "no-bottom", "airborne", "real")
 
 
 class Gable:
@@ -153,11 +153,14 @@ def scan(layout, grid, neighbours, subsample, random, interface):
         "patch": patch.astype(np.float16),
         "radius": radius.astype(np.float32),
         "inside": inside.astype(np.uint8),
+        "known": np.ones(len(place), np.uint8),
         "distance": gable.distance(place).astype(np.float32),
         "cell_inside": cell_inside.astype(np.float32),
+        "cell_known": np.ones(cell_count, np.float32),
         "cell_volume": cell_volume.astype(np.float32),
         "cell_vote": np.clip(cell_inside + random.normal(0, 0.3, cell_count), 0, 1).astype(np.float32),
         "scale": np.float32(scale),
+        "exact": np.uint8(1),
         "setup": np.uint8(random.integers(3)),
         "noise": np.float32(random.uniform(0, 0.005)),
         "density": np.float32(len(points) / (4 * gable.w * gable.l)),
@@ -191,7 +194,7 @@ def write(
             made = [scan(layout, grid, neighbours, subsample, random, interface) for _ in range(total // shards)]
             metadata = {
                 "interface": interface,
-                "version": "1",
+                "version": "2",
                 "split": split,
                 "seed": seed,
                 "setups": ",".join(SETUPS),

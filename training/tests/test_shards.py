@@ -61,9 +61,11 @@ class ShardsTest(unittest.TestCase):
         self.assertEqual(list(queries[5:]), [7 + 2 * cells[0], 8 + 2 * cells[0], 7 + 2 * cells[1], 8 + 2 * cells[1]])
 
     def test_wrong_files_are_named(self):
-        with self.assertRaisesRegex(safetensors.FormatError, "no train-"):
+        with self.assertRaisesRegex(safetensors.FormatError, "no shards"):
             Shards(self.folder, "train")
         synthetic.write(self.folder, scans=2, shards=1)
+        with self.assertRaisesRegex(safetensors.FormatError, "no test-"):
+            Shards(self.folder, "test")
         path = self.folder / "train-00000.safetensors"
         tensors, metadata = safetensors.read(path)
         tensors = {name: np.array(value) for name, value in tensors.items()}

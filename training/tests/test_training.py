@@ -14,7 +14,7 @@ import torch
 
 import train
 from occupancy import metrics, network_file, safetensors
-from occupancy.batches import Batches
+from occupancy.batches import Batches, to_device
 from occupancy.config import (
     Batch,
     Config,
@@ -94,6 +94,51 @@ class TrainingTest(unittest.TestCase):
             self.assertTrue(torch.equal(a, b))
         rows = [(self.out / run / "curve.csv").read_text().splitlines() for run in ("straight", "stopped")]
         self.assertEqual([row.split(",")[3:] for row in rows[0]], [row.split(",")[3:] for row in rows[1]])
+
+    def test_a_resident_run_learns_and_resumes_like_any_other(self):
+        straight = Trainer(SMALL, self.data, self.out / "straight", resident=True)
+        self.assertTrue(straight.train(silent))
+        stopped = Trainer(SMALL, self.data, self.out / "stopped", resident=True)
+        first = []
+
+        def stop(text):
+            first.append(text)
+            if text.startswith("step"):
+                signal.raise_signal(signal.SIGTERM)
+
+        self.assertFalse(stopped.train(stop))
+        self.assertIn("GB of shards", first[0])
+        resumed = Trainer(SMALL, self.data, self.out / "stopped", resume=True, resident=True)
+        self.assertTrue(resumed.train(silent))
+        for a, b in zip(straight.average, resumed.average):
+            self.assertTrue(torch.equal(a, b))
+
+    def test_a_run_starts_from_a_network_file(self):
+        try:
+            network_file.require_exporter()
+        except ModuleNotFoundError as error:
+            self.skipTest(str(error))
+        trainer = Trainer(SMALL, self.data, self.out / "first")
+        trainer.train(silent)
+        path, before = self.out / "small.safetensors", trainer.averaged()
+        network_file.write(path, before, name="small", temperature=1.0, batch=8)
+        # Other data: other scaling of the inputs, which the weights make up for.
+        other = self.out / "other"
+        synthetic.write(other, seed=9)
+        warm = Trainer(SMALL, other, self.out / "second", start=path)
+        batch = to_device(warm.batches.load([0, 1], SMALL.batch, np.random.default_rng(0), False), "cpu")
+        with torch.no_grad():
+            torch.testing.assert_close(warm.network.eval()(batch), before(batch), atol=1e-3, rtol=1e-3)
+        wider = dataclasses.replace(SMALL, network=dataclasses.replace(SMALL.network, head=(48, 32)))
+        with self.assertRaisesRegex(safetensors.FormatError, r"head.0.weight is \(32, .*wants \(48"):
+            Trainer(wider, other, self.out / "third", start=path)
+
+    def test_the_pace_of_the_command_line(self):
+        config = train.with_pace(SMALL, rate=1e-3, scans=9)
+        self.assertEqual((config.optimiser.rate, config.batch.scans), (1e-3, 9))
+        self.assertAlmostEqual(config.optimiser.final_rate, 1e-5)
+        with self.assertRaisesRegex(ConfigError, "--scans"):
+            train.with_pace(SMALL, scans=0)
 
     def test_a_run_is_neither_overwritten_nor_mixed(self):
         Trainer(SMALL, self.data, self.out).save()
@@ -192,6 +237,9 @@ class MetricsTest(unittest.TestCase):
         logit = np.array([[3.0, -3.0, 4.0, 2.0, -1.0, -3.0], [3.0, -3.0, -2.0, -4.0, -1.0, -1.0]])
         truth = {
             "inside": np.array([[1, 0, 1, 1, 0, 0], [0, 0, 1, 1, 0, 0]]),
+            "known": np.ones((2, 6), np.uint8),
+            "exact": np.ones(2, np.uint8),
+            "cell_known": np.ones((2, 2)),
             "distance": np.ones((2, 6)),
             "radius": 2 * np.ones((2, 6)),
             "cell_inside": np.array([[1.0, 0.0], [1.0, 0.0]]),
@@ -236,7 +284,11 @@ class MetricsTest(unittest.TestCase):
         honest = random.normal(0, 2, (4000, 1, 1))
         inside = (random.random((4000, 1)) < metrics.sigmoid(honest[:, :, 0])).astype(float)
         predictions = metrics.Predictions(
-            (3 * honest).reshape(4000, 1), None, {"cell_inside": inside}, Layout(0, 0, 1, 1), ()
+            (3 * honest).reshape(4000, 1),
+            None,
+            {"cell_inside": inside, "known": np.ones((4000, 1)), "cell_known": np.ones((4000, 1))},
+            Layout(0, 0, 1, 1),
+            (),
         )
         self.assertAlmostEqual(metrics.temperature(predictions), 3.0, delta=0.2)
 

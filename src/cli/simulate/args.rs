@@ -8,6 +8,7 @@ use clap::{ArgMatches, Command, FromArgMatches};
 
 use super::super::flags::Flags;
 use crate::pipeline::options::Tunable;
+use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::simulate::ScanOptions;
 use crate::simulate::shards::Interface;
 
@@ -20,6 +21,8 @@ Examples:
     gable simulate models/*.city.json --generate 2000 --variants 4 -o shards/
   The same for the network of the paper:
     gable simulate models/*.city.json -o shards/ --interface points2surf
+  Training data from real scans; one of the tiles is kept for validation:
+    gable simulate --real ahn/1.laz ahn/2.laz --hold-back ahn/3.laz -f pand.gpkg --variants 8 -o real/
   Validation data under one condition, everything else going well:
     gable simulate city.city.json -o shards/ --split 0,1,0 --clean --density 5 --noise 0.01
   Buildings that are known exactly, as a tile, and what becomes of them:
@@ -31,6 +34,11 @@ Models that are open or invalid are left out and counted. Of the training data, 
 a partition is left out and counted in manifest.json, which also tells which tile is of which
 split: a file is a tile, a file of more than 600 models is divided into blocks of 250 m, and
 generated buildings are tiles of 50.
+
+Real scans are thinned, cropped and given holes; what is asked about them is answered by all
+their points: above the top ones it is free, below them inside, and where nothing was scanned
+unknown, which training does not count. A building that lies in tiles of several splits is
+only of the last of them.
 
 Of a value such as --density 1..60 every scan draws its own; --density 10 is the same for all.
 The same files, options and seed give the same bytes, whatever the number of threads.
@@ -44,9 +52,10 @@ Exit codes:
 /// What `gable simulate` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
+#[command(group = clap::ArgGroup::new("placed").args(["scans", "real", "hold_back"]).multiple(true))]
 pub struct Args {
     /// LoD 2 models: CityJSON (1.0 to 2.0) or CityJSONSeq files
-    #[arg(value_name = "FILES", required_unless_present = "generate")]
+    #[arg(value_name = "FILES", required_unless_present_any = ["generate", "real", "hold_back"])]
     pub(super) files: Vec<PathBuf>,
 
     /// Also scan so many generated buildings
@@ -58,15 +67,19 @@ pub struct Args {
     pub(super) variants: NonZeroUsize,
 
     /// Folder for training data: shards and a manifest
-    #[arg(short, long, value_name = "FOLDER", required_unless_present = "scans")]
+    #[arg(short, long, value_name = "FOLDER", required_unless_present_any = ["scans", "statistics"])]
     pub(super) output: Option<PathBuf>,
 
     /// Folder for one scan of each model as a tile, with footprints and the models as reference
     #[arg(long, value_name = "FOLDER")]
     pub(super) scans: Option<PathBuf>,
 
-    /// CRS of models that do not name theirs, such as EPSG:31256 (for --scans)
-    #[arg(long, value_name = "CRS", requires = "scans")]
+    /// File for what the scans look like: figures of the virtual and of the real ones side by side (Markdown)
+    #[arg(long, value_name = "FILE")]
+    pub(super) statistics: Option<PathBuf>,
+
+    /// CRS of models that do not name theirs, such as EPSG:31256 (for --scans), or of the real tiles
+    #[arg(long, value_name = "CRS", requires = "placed")]
     pub(super) crs: Option<String>,
 
     /// Replace files that are there
@@ -106,10 +119,38 @@ pub struct Args {
     pub(super) quiet: bool,
 
     #[command(flatten)]
+    pub(super) real: RealArgs,
+
+    #[command(flatten)]
     pub(super) sizes: SizeArgs,
 
     #[command(flatten)]
     pub(super) conditions: ScanArgs,
+}
+
+/// Real scans to learn from.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Real scans")]
+pub(super) struct RealArgs {
+    /// Also learn from the buildings of these tiles: LAS, LAZ or COPC files, folders or glob patterns
+    #[arg(long, num_args = 1.., value_name = "TILES", requires = "footprints")]
+    pub(super) real: Vec<String>,
+
+    /// Tiles of real scans that are kept for validation, whatever the shares are
+    #[arg(long, num_args = 1.., value_name = "TILES", requires = "footprints")]
+    pub(super) hold_back: Vec<String>,
+
+    /// Where the buildings of the real scans stand: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite
+    #[arg(short, long, value_name = "FILE", requires = "placed")]
+    pub(super) footprints: Option<PathBuf>,
+
+    /// CRS of the footprints; goes before what the file says
+    #[arg(long, value_name = "CRS", requires = "footprints")]
+    pub(super) footprint_crs: Option<String>,
+
+    /// Classes of building points, such as 1,6; "any" for clouds that are not classified
+    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes)]
+    pub(super) building_class: BuildingClasses,
 }
 
 /// Sizes of the training data.

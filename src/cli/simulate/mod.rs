@@ -10,9 +10,16 @@ use std::path::{Path, PathBuf};
 use super::output::{counted, duration, print, say, table, thousands};
 use super::{Outcome, interrupt};
 use crate::error::{Error, InputError, Result};
+use crate::segment::SegmentOptions;
 use crate::simulate::shards::{Job, Manifest, Observer, Sizes, run};
-use crate::simulate::{Source, Split, generate, read, scans};
+use crate::simulate::{
+    Model, RealOptions, RealSource, Source, Split, Statistics, generate, read, read_tile, scans,
+    table as statistics_table,
+};
+use crate::sink::write_whole;
 use crate::source::crs::Crs;
+use crate::source::footprints::{self, FootprintOptions};
+use crate::source::points;
 pub use args::Args;
 use progress::Progress;
 
@@ -34,9 +41,13 @@ pub fn main(args: &Args) -> Outcome {
 fn simulate(args: &Args) -> Outcome {
     let old = args.output.as_deref().map(|folder| training_data(folder, args.overwrite)).transpose()?;
     let sources = sources(args)?;
+    let real = real_sources(args)?;
     let mut code = 0;
     if let Some(folder) = &args.scans {
         code = code.max(write_scans(args, &sources, folder)?);
+    }
+    if let Some(path) = &args.statistics {
+        write_statistics(args, &sources, &real, path)?;
     }
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
@@ -44,7 +55,7 @@ fn simulate(args: &Args) -> Outcome {
         for path in old.unwrap_or_default() {
             std::fs::remove_file(&path).map_err(|e| Error::io(&path, "remove", e))?;
         }
-        code = code.max(make_training_data(args, sources, folder)?);
+        code = code.max(make_training_data(args, sources, real, folder)?);
     }
     Ok(code)
 }
@@ -83,10 +94,23 @@ fn write_scans(args: &Args, sources: &[Source], folder: &Path) -> Outcome {
     Ok(if written.failed.is_empty() { 0 } else { INCOMPLETE })
 }
 
-fn make_training_data(args: &Args, sources: Vec<Source>, folder: &Path) -> Outcome {
-    let scans = sources.iter().map(|source| source.models.len()).sum::<usize>() * args.variants.get();
+/// Tells what the scans look like: the virtual ones together, and the real ones tile by tile.
+fn write_statistics(args: &Args, sources: &[Source], real: &[RealSource], path: &Path) -> Result<()> {
+    let models: Vec<&Model> = sources.iter().flat_map(|source| &source.models).collect();
+    let mut columns: Vec<Statistics> =
+        real.iter().map(|source| Statistics::of_real(&source.name, &source.sites)).collect();
+    if !models.is_empty() {
+        columns.push(Statistics::of_models("virtual", &models, &args.conditions.0, args.seed));
+    }
+    write_whole(path, statistics_table(&columns).as_bytes())
+}
+
+fn make_training_data(args: &Args, sources: Vec<Source>, real: Vec<RealSource>, folder: &Path) -> Outcome {
+    let subjects: usize = sources.iter().map(|source| source.models.len()).sum();
+    let scans = (subjects + real.iter().map(|source| source.sites.len()).sum::<usize>()) * args.variants.get();
     let job = Job {
         sources,
+        real,
         variants: args.variants.get(),
         options: args.conditions.0.clone(),
         augment: !args.no_augmentation,
@@ -155,7 +179,8 @@ fn sources(args: &Args) -> Result<Vec<Source>> {
     for source in &mut sources {
         source.models.truncate(args.limit.map_or(usize::MAX, NonZeroUsize::get));
     }
-    if sources.iter().all(|source| source.models.is_empty()) {
+    let expects_models = !args.files.is_empty() || args.generate > 0;
+    if expects_models && sources.iter().all(|source| source.models.is_empty()) {
         let reasons: Vec<String> =
             sources.iter().flat_map(|s| &s.left_out).map(|(reason, count)| format!("{count} × {reason}")).collect();
         let named = args.files.first().map_or_else(|| PathBuf::from("--generate"), Clone::clone);
@@ -164,6 +189,38 @@ fn sources(args: &Args) -> Result<Vec<Source>> {
             .into());
     }
     Ok(sources)
+}
+
+/// Reads the tiles of real scans, in the order in which they are named.
+fn real_sources(args: &Args) -> Result<Vec<RealSource>> {
+    let given = &args.real;
+    let Some(path) = &given.footprints else { return Ok(Vec::new()) };
+    let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
+    let crs = given.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
+    let options = RealOptions {
+        footprints: footprints::read(path, &FootprintOptions { crs, ..FootprintOptions::default() })?,
+        crs: args.crs.clone(),
+        segmentation: SegmentOptions { building_classes: given.building_class.clone(), ..SegmentOptions::default() },
+    };
+    let mut found: Vec<RealSource> = Vec::new();
+    for (tiles, held_back) in [(&given.real, false), (&given.hold_back, true)] {
+        if tiles.is_empty() {
+            continue;
+        }
+        for tile in points::expand(tiles)? {
+            let mut source = read_tile(&tile, &options, held_back)?;
+            for warning in &source.warnings {
+                say(&format!("warning: {}: {warning}", source.name));
+            }
+            source.sites.truncate(args.limit.map_or(usize::MAX, NonZeroUsize::get));
+            found.push(source);
+        }
+    }
+    if found.iter().all(|source| source.sites.is_empty()) {
+        let fault = InputError::new(path, "no building with points enough in the tiles", "some");
+        return Err(fault.remedy("Is --building-class right? `gable info` tells which classes a tile has").into());
+    }
+    Ok(found)
 }
 
 fn sizes(args: &Args) -> Sizes {

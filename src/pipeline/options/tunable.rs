@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::kind::{Kind, description};
+use crate::completeness::Limits;
 use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
@@ -43,7 +44,21 @@ impl Tunable for Parameters {
         ("lambda", [0.0, 1000.0]),
         ("volume_exponent", [0.0, 1.0]),
         ("minimum_feature", [0.0, 10.0]),
+        ("judge_cell", [0.1, 100.0]),
+        ("judge_margin", [0.0, 100.0]),
+        ("judge_height", [0.0, 100.0]),
+        ("judge_top", [0.0, 100.0]),
+        ("judge_reach", [0.0, 10.0]),
+        ("judge_fewest", [1.0, 1000.0]),
+        ("judge_ground_reach", [0.0, 10.0]),
+        ("judge_smallest", [0.0, 10_000.0]),
     ];
+}
+
+impl Tunable for Limits {
+    const HEADING: &'static str = "What is missing, in excess, or roofed ground";
+    const ELSEWHERE: &'static [&'static str] = &[];
+    const LIMITS: &'static [(&'static str, [f64; 2])] = Parameters::LIMITS;
 }
 
 impl Tunable for SegmentOptions {

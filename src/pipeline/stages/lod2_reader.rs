@@ -1,6 +1,5 @@
 //! `readers.lod2`: city models, for `writers.lod2` to write in another format.
 
-use std::fs::File;
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
@@ -37,7 +36,7 @@ struct ModelReader {
 
 impl Reader for ModelReader {
     fn prepare(&mut self, _context: &Context<'_>) -> Result<Flow> {
-        File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
+        std::fs::metadata(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         Ok(Flow {
             layout: Layout::default(),
             points: Some(0),

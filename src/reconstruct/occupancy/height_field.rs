@@ -2,12 +2,14 @@
 
 use nalgebra::Point3;
 
+use super::doubt::Doubt;
 use super::{Occupancy, OccupancyError};
 use crate::geometry::Plane;
 use crate::reconstruct::complex::OUTSIDE;
 use crate::reconstruct::primitives::Primitive;
 use crate::reconstruct::primitives::roof_map::{NOTHING, RoofMap};
 use crate::reconstruct::{Hypotheses, Partitioned};
+use crate::site::Site;
 
 /// How much of a cell lies under the roof evidence and inside the footprint.
 ///
@@ -44,8 +46,16 @@ impl<'a> RoofEvidence<'a> {
         Some(height.min(self.map.top(label)))
     }
 
-    fn cell(&self, sides: &[Plane], low: &Point3<f64>, high: &Point3<f64>, centre: &Point3<f64>) -> f64 {
-        let (mut inside, mut total) = (0.0, 0.0);
+    /// The vote about the cell behind these sides, in this box and around this centre.
+    fn cell(
+        &self,
+        doubt: Option<&Doubt>,
+        sides: &[Plane],
+        low: &Point3<f64>,
+        high: &Point3<f64>,
+        centre: &Point3<f64>,
+    ) -> Vote {
+        let (mut inside, mut doubtful, mut total) = (0.0, 0.0, 0.0);
         let columns = self.map.range(0, low.x, high.x);
         for row in self.map.range(1, low.y, high.y) {
             for column in columns.clone() {
@@ -55,14 +65,33 @@ impl<'a> RoofEvidence<'a> {
                 if let Some(roof) = self.label_height(self.map.label(column, row), p.x, p.y) {
                     inside += (roof - bottom).clamp(0.0, top - bottom);
                 }
+                doubtful += doubt.map_or(0.0, |doubt| doubt.overlap(column, row, bottom, top));
             }
         }
         if total > 0.0 {
-            return inside / total;
+            return Vote { inside: inside / total, doubt: doubtful / total };
         }
         // A cell too narrow for any line of the raster is judged at its centre.
-        f64::from(u8::from(self.height(&centre.xy()).is_some_and(|roof| centre.z < roof)))
+        let inside = f64::from(u8::from(self.height(&centre.xy()).is_some_and(|roof| centre.z < roof)));
+        Vote { inside, doubt: 0.0 }
     }
+
+    /// The doubt about the roofs that it sees.
+    fn doubt(&self, site: &Site, hypotheses: &Hypotheses) -> Doubt {
+        Doubt::new(site, hypotheses, |column, row| {
+            let p = self.map.centre(column, row);
+            self.label_height(self.map.label(column, row), p.x, p.y)
+        })
+    }
+}
+
+/// What the vote says of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Vote {
+    /// How much of the cell is inside, 0 to 1.
+    pub inside: f64,
+    /// How much of it is in [doubt](Doubt), 0 to 1.
+    pub doubt: f64,
 }
 
 /// The stretch of the vertical line at `(x, y)` on the inner side of all `sides`, whose normals point out of the cell.
@@ -89,35 +118,7 @@ fn stretch(sides: &[Plane], x: f64, y: f64, low: f64, high: f64) -> Option<[f64;
 
 impl Occupancy for HeightField {
     fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError> {
-        let complex = &building.complex;
-        let evidence = RoofEvidence::new(&building.hypotheses);
-        let planes: Vec<Plane> =
-            complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
-        let mut sides = Vec::new();
-        let cells = (0u32..).zip(&complex.cells);
-        Ok(cells
-            .map(|(id, cell)| {
-                sides.clear();
-                let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-                let (mut sum, mut corners) = (nalgebra::Vector3::zeros(), 0.0);
-                for &facet in &cell.facets {
-                    let facet = &complex.facets[facet as usize];
-                    debug_assert!(facet.cells.contains(&id) && id != OUTSIDE);
-                    let plane = planes[facet.plane as usize];
-                    let out = if facet.cells[0] == id { plane } else { plane.flipped() };
-                    if !sides.contains(&out) {
-                        sides.push(out);
-                    }
-                    for &corner in &facet.corners {
-                        let p = complex.vertices[corner as usize].position;
-                        (low, high) = (low.inf(&p), high.sup(&p));
-                        sum += p.coords;
-                        corners += 1.0;
-                    }
-                }
-                evidence.cell(&sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
-            })
-            .collect())
+        Ok(votes(building, false).into_iter().map(|vote| vote.inside).collect())
     }
 
     /// 1 below the roof evidence and inside the footprint, 0 elsewhere.
@@ -135,4 +136,37 @@ impl Occupancy for HeightField {
     fn is_height_field(&self) -> bool {
         true
     }
+}
+
+/// The vote about every cell; how much it is in doubt is told if asked for.
+pub(super) fn votes(building: &Partitioned, with_doubt: bool) -> Vec<Vote> {
+    let complex = &building.complex;
+    let evidence = RoofEvidence::new(&building.hypotheses);
+    let doubt = with_doubt.then(|| evidence.doubt(building.site, &building.hypotheses));
+    let planes: Vec<Plane> = complex.planes.iter().map(crate::reconstruct::complex::IntegerPlane::to_plane).collect();
+    let mut sides = Vec::new();
+    let cells = (0u32..).zip(&complex.cells);
+    cells
+        .map(|(id, cell)| {
+            sides.clear();
+            let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+            let (mut sum, mut corners) = (nalgebra::Vector3::zeros(), 0.0);
+            for &facet in &cell.facets {
+                let facet = &complex.facets[facet as usize];
+                debug_assert!(facet.cells.contains(&id) && id != OUTSIDE);
+                let plane = planes[facet.plane as usize];
+                let out = if facet.cells[0] == id { plane } else { plane.flipped() };
+                if !sides.contains(&out) {
+                    sides.push(out);
+                }
+                for &corner in &facet.corners {
+                    let p = complex.vertices[corner as usize].position;
+                    (low, high) = (low.inf(&p), high.sup(&p));
+                    sum += p.coords;
+                    corners += 1.0;
+                }
+            }
+            evidence.cell(doubt.as_ref(), &sides, &low, &high, &Point3::from(sum / f64::max(corners, 1.0)))
+        })
+        .collect()
 }

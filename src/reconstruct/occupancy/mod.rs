@@ -1,12 +1,14 @@
 //! Occupancy (paper, section 3.3): how much each cell is inside.
 //!
 //! - [`HeightField`]: the vote of the roof evidence, which needs no network.
-//! - [`Neural`]: the implicit field of a [`network`], conditioned on the [`inputs`].
+//! - [`Neural`]: the implicit field of a [`network`], conditioned on the [`inputs`], where it can change what the vote says.
 
+mod doubt;
 mod height_field;
 pub mod inputs;
 pub mod network;
 mod neural;
+mod sparing;
 
 use std::fmt::Debug;
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::inputs::{Inputs, lookup};
 use super::network::{Answer, Interface, Network, NetworkError, Queries};
+use super::sparing::Spared;
 use super::{Occupancy, OccupancyError};
 use crate::reconstruct::Partitioned;
 
@@ -117,14 +118,24 @@ impl Queries {
 }
 
 impl Occupancy for Neural {
+    /// By [`CellRule::Mean`] only those cells are asked about whose label the network could change, and the vote stands
+    /// for the others.
     fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, OccupancyError> {
+        let (mut occupancy, cells) = match self.rule {
+            CellRule::Mean => {
+                let Spared { vote, asked } = Spared::of(building);
+                (vote, asked)
+            }
+            CellRule::Paper => (vec![0.0; building.complex.cells.len()], building.free().collect()),
+        };
+        if cells.is_empty() {
+            return Ok(occupancy);
+        }
         let inputs = Inputs::new(building);
-        let cells: Vec<u32> = building.free().collect();
         let found = match self.rule {
             CellRule::Mean => self.mean_probabilities(&inputs, building, &cells)?,
             CellRule::Paper => self.signed_distances_by_volume(&inputs, building, &cells)?,
         };
-        let mut occupancy = vec![0.0; building.complex.cells.len()];
         for (cell, value) in cells.into_iter().zip(found) {
             occupancy[cell as usize] = value;
         }

@@ -10,6 +10,7 @@
 
 mod cloud;
 mod detect;
+pub mod enclosure;
 pub mod footprint_edges;
 pub mod height_jumps;
 mod hull;
@@ -91,7 +92,7 @@ impl Primitive {
 
     /// The detected primitive on some points with a plane that is given; the indices must be in range. `None` when the
     /// points do not span a polygon on the plane.
-    fn on_plane(plane: Plane, points: &[Point3<f64>], mut inliers: Vec<u32>) -> Option<Self> {
+    pub(super) fn on_plane(plane: Plane, points: &[Point3<f64>], mut inliers: Vec<u32>) -> Option<Self> {
         inliers.sort_unstable();
         inliers.dedup();
         let at = |i: &u32| &points[*i as usize];

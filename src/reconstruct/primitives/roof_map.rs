@@ -1,6 +1,6 @@
 //! The roof map: which roof primitive is on top where.
 
-use geo::{BoundingRect, MultiPolygon};
+use geo::{Area, BoundingRect, MultiPolygon};
 use nalgebra::{Point2, Point3};
 
 use super::Primitive;
@@ -11,8 +11,9 @@ pub const NOTHING: u32 = u32::MAX;
 
 /// Half-width in pixels of the band around the outline that is labelled too, so that evidence reaches the walls.
 const BORDER: f64 = 1.5;
-/// No map has more pixels than this, whatever the building's size.
-const MAX_PIXELS: f64 = 40_000.0;
+/// No map has more pixels than this, whatever the building's size: a quarter of a square kilometre at four points per
+/// square metre, in 50 MB.
+const MAX_PIXELS: f64 = 2_000_000.0;
 /// A roof may go on into a gap as long as it does not fall this many metres below the heights at which it was seen …
 const FALL: f64 = 1.0;
 /// … nor rise this many above them: eaves are often hidden, ridges hardly ever.
@@ -61,7 +62,9 @@ impl RoofMap {
         if seen.is_empty() || !area.is_finite() || area <= 0.0 {
             return None;
         }
-        let spacing = (area / seen.len() as f64).sqrt().clamp(0.1, 2.0);
+        // Of a building that stands askew most of the box is empty.
+        let built = footprint.map_or(area, |footprint| footprint.unsigned_area().clamp(f64::MIN_POSITIVE, area));
+        let spacing = (built / seen.len() as f64).sqrt().clamp(0.1, 2.0);
         let pixel = (0.7 * spacing).clamp(0.2, 1.0).max((area / MAX_PIXELS).sqrt());
         let margin = 2.0 * pixel;
         let corner = Point2::new(low[0] - margin, low[1] - margin);
@@ -136,13 +139,36 @@ impl RoofMap {
         first..last.max(first)
     }
 
-    /// Corners of all pixels with this label, in the plan.
-    pub fn region(&self, label: u32) -> impl Iterator<Item = Point2<f64>> + '_ {
+    /// For each of `count` labels the corners, in the plan, of the first and the last of its pixels in every row: their
+    /// convex hull is that of all its pixels.
+    pub fn extremes(&self, count: usize) -> Vec<Vec<Point2<f64>>> {
         let half = self.pixel / 2.0;
-        (0..self.labels.len()).filter(move |&i| self.labels[i] == label).flat_map(move |i| {
-            let c = self.centre(i % self.columns, i / self.columns);
-            [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| Point2::new(c.x + x, c.y + y))
-        })
+        let mut corners = vec![Vec::new(); count];
+        // For each label the first and last column of the row at hand.
+        let mut spans: Vec<Option<[usize; 2]>> = vec![None; count];
+        let mut seen = Vec::new();
+        for (row, labels) in self.labels.chunks_exact(self.columns).enumerate() {
+            for (column, &label) in labels.iter().enumerate() {
+                let Some(span) = spans.get_mut(label as usize) else { continue };
+                if let Some([_, last]) = span {
+                    *last = column;
+                } else {
+                    *span = Some([column, column]);
+                    seen.push(label as usize);
+                }
+            }
+            for label in seen.drain(..) {
+                let Some([first, last]) = spans[label].take() else { continue };
+                let (low, high) = (self.centre(first, row), self.centre(last, row));
+                corners[label].extend([
+                    Point2::new(low.x - half, low.y - half),
+                    Point2::new(high.x + half, low.y - half),
+                    Point2::new(high.x + half, low.y + half),
+                    Point2::new(low.x - half, low.y + half),
+                ]);
+            }
+        }
+        corners
     }
 
     /// Every pixel takes the label with the largest sum of kernel weights of inliers within `reach` metres. Returns the

@@ -49,3 +49,26 @@ fn ground_falls_back_and_says_so() {
     assert_eq!((last.source, last.height), (GroundSource::BoundingBox, 4.0));
     assert_eq!(ground(&roofs, &options).source, GroundSource::LowestPoints);
 }
+
+#[test]
+fn ground_inside_a_footprint_is_kept_for_it_alone() {
+    let (mut points, footprints) = village();
+    // A courtyard of 4 m in the low house, scanned twice, and some ground right behind the wall that both share.
+    for row in 0..40 {
+        for column in 0..40 {
+            let place = [1013.05 + f64::from(column) * 0.1, 5015.05 + f64::from(row) * 0.1, 1.0];
+            points.extend([(place, 2), (place, 2)]);
+        }
+        points.push(([1020.05, 5015.0 + f64::from(row) * 0.1, 1.0], 2));
+    }
+    let cloud = Cloud::new().tile("a.laz", Style::default(), &points);
+    let both = cloud.segment(&footprints, &SegmentOptions::default()).unwrap();
+    // One of each half metre.
+    let open = &both.sites[0].ground_points;
+    assert_eq!(open.len(), 64);
+    assert!(open.iter().all(|p| (3.0..7.0).contains(&p.x) && (5.0..9.0).contains(&p.y) && p.z == 1.0));
+    assert!(open.is_sorted_by(|a, b| (a.x, a.y, a.z) < (b.x, b.y, b.z)));
+    assert_eq!(both.sites[1].ground_points.len(), 8);
+    let alone = cloud.segment(&footprints[..1], &SegmentOptions::default()).unwrap();
+    assert_eq!(bits(&alone.sites), bits(&both.sites[..1]));
+}

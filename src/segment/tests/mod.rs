@@ -6,14 +6,15 @@ mod prepared;
 mod real;
 
 use super::neighbourhood::{frame_of, polygon_to_local, snap};
-use super::prepared::Prepared;
 use super::{BuildingClasses, SegmentOptions, Segmentation, segment};
+use crate::geometry::PreparedPolygon;
 use crate::site::{GroundSource, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::fixture::{self, Plain, Style};
 use crate::source::points::{Tile, TileProblem};
 use geo::{Contains, Distance, Euclidean, MultiPolygon, Point, coord, polygon};
+use nalgebra::Point3;
 use proptest::prelude::*;
 use serde_json::Map;
 use std::path::{Path, PathBuf};
@@ -88,15 +89,15 @@ impl Cloud {
     }
 }
 
-/// Id, points, numbers, and where the ground comes from.
-type Bits = (String, Vec<[u64; 3]>, [u64; 3], GroundSource);
+/// Id, building points, ground points, numbers, and where the ground comes from.
+type Bits = (String, Vec<[u64; 3]>, Vec<[u64; 3]>, [u64; 3], GroundSource);
 
 /// Every bit of the sites that comes from the points.
 fn bits(sites: &[Site]) -> Vec<Bits> {
     let of = |site: &Site| {
-        let points = site.points.iter().map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
+        let points = |of: &[Point3<f64>]| of.iter().map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
         let numbers = [site.ground.height, site.ground.spread, site.coverage.share].map(f64::to_bits);
-        (site.id.clone(), points, numbers, site.ground.source)
+        (site.id.clone(), points(&site.points), points(&site.ground_points), numbers, site.ground.source)
     };
     sites.iter().map(of).collect()
 }

@@ -20,7 +20,7 @@ proptest! {
         places in prop::collection::vec((-12.0..12.0_f64, -12.0..12.0_f64), 50),
     ) {
         let polygon = star(&radii);
-        let prepared = Prepared::new(&polygon);
+        let prepared = PreparedPolygon::new(&polygon);
         let boundary = |p: Point<f64>| {
             let rings = polygon.0.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));
             rings.map(|ring| Euclidean.distance(&p, ring)).fold(f64::INFINITY, f64::min)
@@ -54,7 +54,7 @@ proptest! {
             let polygon = triangle(side);
             let frame = frame_of(&polygon, &crs(1.0));
             let [x, y, _] = super::super::neighbourhood::to_local(&frame, place);
-            let prepared = Prepared::new(&polygon_to_local(&frame, &polygon));
+            let prepared = PreparedPolygon::new(&polygon_to_local(&frame, &polygon));
             (prepared.contains([x, y]), prepared.boundary_distance([x, y], 1.0))
         });
         prop_assert!(inside.iter().all(|(_, distance)| *distance < 1e-5));

@@ -57,6 +57,7 @@ impl Scan {
             frame: self.frame,
             footprint: self.footprint.clone(),
             points: self.points.clone(),
+            ground_points: Vec::new(),
             ground: Ground { height: self.ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             attributes: Map::new(),
@@ -144,15 +145,15 @@ fn building_points(
     options: &ScanOptions,
     random: &mut Random,
 ) -> Vec<Point3<f64>> {
-    let [stray_ground, stray_vegetation] =
-        [options.stray_ground, options.stray_vegetation].map(|share| share.draw(random));
+    let [stray_neighbours, stray_ground, stray_vegetation] =
+        [options.stray_neighbours, options.stray_ground, options.stray_vegetation].map(|share| share.draw(random));
     let covers = |p: &Point3<f64>| footprint.is_none_or(|f| f.contains(&geo::Point::new(p.x, p.y)));
     let mut points = Vec::with_capacity(returns.len());
     for hit in returns {
         let taken = match hit.target {
             Target::Building(_) => true,
             // Without an outline a person has cut out the building.
-            Target::Neighbour => footprint.is_some(),
+            Target::Neighbour => footprint.is_some() && random.chance(stray_neighbours),
             Target::Ground => footprint.is_some() && random.chance(stray_ground),
             Target::Tree => random.chance(stray_vegetation),
         };

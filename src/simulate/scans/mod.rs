@@ -19,7 +19,7 @@ use super::random::hash;
 use super::scan::{Scan, scan};
 use super::source::Source;
 use crate::error::Result;
-use crate::run::guarded;
+use crate::guard::guarded;
 use crate::sink::{Encoder, PointCloud};
 use crate::source::crs::Crs;
 

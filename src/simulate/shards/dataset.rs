@@ -6,18 +6,18 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::super::model::Model;
 use super::super::options::ScanOptions;
 use super::super::random::{Random, hash};
+use super::super::real::RealSource;
 use super::super::source::Source;
 use super::super::split::{Split, split};
 use super::file::{Head, VERSION};
 use super::manifest::{Manifest, SourceRecord};
-use super::sample::{Recipe, Sample};
+use super::sample::{Recipe, Sample, Subject};
 use super::{Interface, Sizes};
 use crate::error::{Error, Result};
+use crate::guard::guarded;
 use crate::reconstruct::Parameters;
-use crate::run::guarded;
 use crate::sink::write_whole;
 
 /// Scans between two looks at whether to stop.
@@ -28,7 +28,9 @@ const BATCH: usize = 64;
 pub struct Job {
     /// The models.
     pub sources: Vec<Source>,
-    /// Scans of each model.
+    /// The real scans.
+    pub real: Vec<RealSource>,
+    /// Scans of each model and copies of each real scan.
     pub variants: usize,
     /// How scans are made.
     pub options: ScanOptions,
@@ -64,12 +66,8 @@ pub trait Observer: Sync {
 /// # Errors
 /// The system refuses to write.
 pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
-    let models: Vec<&Model> = job.sources.iter().flat_map(|source| &source.models).collect();
-    let mut tiles: BTreeMap<Arc<str>, usize> = BTreeMap::new();
-    for model in &models {
-        *tiles.entry(Arc::clone(&model.tile)).or_default() += 1;
-    }
-    let tiles = split(&tiles, job.shares, job.seed);
+    let tiles = tiles(job);
+    let held_back = held_back(job, &tiles);
     let mut manifest = Manifest {
         gable_version: env!("CARGO_PKG_VERSION"),
         format_version: VERSION,
@@ -79,7 +77,12 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
         variants: job.variants,
         augmented: job.augment,
         options: job.options.clone(),
-        sources: job.sources.iter().map(|source| SourceRecord::of(source, source.models.len())).collect(),
+        sources: job
+            .sources
+            .iter()
+            .map(|source| SourceRecord::of(source, source.models.len()))
+            .chain(job.real.iter().map(SourceRecord::of_real))
+            .collect(),
         tiles: tiles.iter().map(|(tile, split)| (tile.to_string(), *split)).collect(),
         scans: BTreeMap::new(),
         failed: BTreeMap::new(),
@@ -88,9 +91,13 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
     };
     let parameters = Parameters::default();
     for kind in Split::ALL {
-        let of_split = models.iter().filter(|model| tiles.get(&model.tile) == Some(&kind));
-        let mut scans: Vec<(&Model, usize)> =
-            of_split.flat_map(|model| (0..job.variants).map(move |variant| (*model, variant))).collect();
+        let models = job.sources.iter().flat_map(|source| &source.models).map(Subject::Model);
+        let real = job.real.iter().flat_map(|source| &source.sites);
+        // A building at the end of a tile, or of several clouds, is of one split only: the rarest.
+        let real = real.filter(|real| held_back.get(real.site.id.as_str()) == Some(&kind)).map(Subject::Real);
+        let of_split = models.chain(real).filter(|subject| tiles.get(subject.tile()) == Some(&kind));
+        let mut scans: Vec<(Subject<'_>, usize)> =
+            of_split.flat_map(|subject| (0..job.variants).map(move |variant| (subject, variant))).collect();
         Random::new(hash(job.seed, kind.name())).shuffle(&mut scans);
         let recipe = Recipe {
             interface: job.interface,
@@ -106,8 +113,10 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
                 manifest.interrupted = true;
                 break;
             }
-            for made in
-                batch.par_iter().map(|(model, variant)| made(&recipe, model, *variant, observer)).collect::<Vec<_>>()
+            for made in batch
+                .par_iter()
+                .map(|(subject, variant)| made(&recipe, *subject, *variant, observer))
+                .collect::<Vec<_>>()
             {
                 match made {
                     Ok(sample) => waiting.push(sample),
@@ -131,9 +140,38 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Manifest> {
     Ok(manifest)
 }
 
+/// Which tile is of which split.
+fn tiles(job: &Job) -> BTreeMap<Arc<str>, Split> {
+    let mut sizes: BTreeMap<Arc<str>, usize> = BTreeMap::new();
+    for model in job.sources.iter().flat_map(|source| &source.models) {
+        *sizes.entry(Arc::clone(&model.tile)).or_default() += 1;
+    }
+    let (kept, free): (Vec<_>, Vec<_>) = job.real.iter().partition(|source| source.held_back);
+    for real in free.into_iter().flat_map(|source| &source.sites) {
+        *sizes.entry(Arc::clone(&real.tile)).or_default() += 1;
+    }
+    let mut tiles = split(&sizes, job.shares, job.seed);
+    for real in kept.into_iter().flat_map(|source| &source.sites) {
+        tiles.insert(Arc::clone(&real.tile), Split::Validation);
+    }
+    tiles
+}
+
+/// The split of every building that was really scanned: of those of its tiles the last.
+fn held_back<'a>(job: &'a Job, tiles: &BTreeMap<Arc<str>, Split>) -> BTreeMap<&'a str, Split> {
+    let mut found: BTreeMap<&str, Split> = BTreeMap::new();
+    for real in job.real.iter().flat_map(|source| &source.sites) {
+        if let Some(&split) = tiles.get(&real.tile) {
+            let known = found.entry(&real.site.id).or_insert(split);
+            *known = split.max(*known);
+        }
+    }
+    found
+}
+
 /// One scan; a fault of the program is a reason like any other.
-fn made(recipe: &Recipe, model: &Model, variant: usize, observer: &dyn Observer) -> Result<Sample, String> {
-    let made = guarded(|| recipe.sample(model, variant)).unwrap_or_else(|panic| Err(format!("internal: {panic}")));
+fn made(recipe: &Recipe, subject: Subject<'_>, variant: usize, observer: &dyn Observer) -> Result<Sample, String> {
+    let made = guarded(|| recipe.sample(subject, variant)).unwrap_or_else(|panic| Err(format!("internal: {panic}")));
     observer.advanced(1);
     made
 }

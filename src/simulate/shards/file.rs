@@ -16,7 +16,7 @@ use crate::simulate::split::Split;
 use crate::sink::write_whole;
 
 /// The version of the format of shards.
-pub(super) const VERSION: &str = "1";
+pub(super) const VERSION: &str = "2";
 /// What the channels of the bare inputs of `Points2Surf` are called.
 const OFFSETS: [&str; 3] = ["offset_x", "offset_y", "offset_z"];
 
@@ -48,7 +48,7 @@ impl Head<'_> {
     }
 
     fn metadata(&self) -> Value {
-        let setups: Vec<&str> = Setup::ALL.iter().map(|setup| setup.name()).collect();
+        let setups: Vec<&str> = Setup::ALL.iter().map(|setup| setup.name()).chain(["real"]).collect();
         json!({
             "format": "gable-shard",
             "version": VERSION,
@@ -83,6 +83,7 @@ impl Head<'_> {
         body.add("radius", "F32", &[n, q], samples, |s| floats(&s.radius));
         body.add("distance", "F32", &[n, q], samples, |s| floats(&s.distance));
         body.add("cell_inside", "F32", &[n, cells], samples, |s| floats(&s.cell_inside));
+        body.add("cell_known", "F32", &[n, cells], samples, |s| floats(&s.cell_known));
         body.add("cell_volume", "F32", &[n, cells], samples, |s| floats(&s.cell_volume));
         body.add("cell_vote", "F32", &[n, cells], samples, |s| floats(&s.cell_vote));
         body.add("scale", "F32", &[n], samples, |s| floats(&[s.scale]));
@@ -94,6 +95,8 @@ impl Head<'_> {
         body.add("subsample", "F16", &[n, subsample, 3], samples, |s| halves(&s.subsample));
         body.add("patch", "F16", &[n, q, neighbours, patch], samples, |s| halves(&s.patch));
         body.add("inside", "U8", &[n, q], samples, |s| s.inside.clone());
+        body.add("known", "U8", &[n, q], samples, |s| s.known.clone());
+        body.add("exact", "U8", &[n], samples, |s| vec![s.exact]);
         body.add("setup", "U8", &[n], samples, |s| vec![s.setup]);
         body.write(path, self.metadata())
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::super::options::ScanOptions;
+use super::super::real::RealSource;
 use super::super::source::Source;
 use super::super::split::Split;
 use super::{Interface, Sizes};
@@ -47,9 +48,9 @@ pub struct Manifest {
 pub struct SourceRecord {
     /// The file, or what has made the models.
     pub name: String,
-    /// Solids at the level of detail.
+    /// Solids at the level of detail, or buildings with points.
     pub found: usize,
-    /// Models that were scanned.
+    /// Models that were scanned, or buildings whose scans were taken.
     pub models: usize,
     /// How many were left out, for each reason.
     pub left_out: BTreeMap<String, usize>,
@@ -66,6 +67,17 @@ impl SourceRecord {
             models,
             left_out: source.left_out.clone(),
             tiling: source.tiling.clone(),
+        }
+    }
+
+    /// The record of a tile with real scans.
+    pub(super) fn of_real(source: &RealSource) -> Self {
+        Self {
+            name: source.name.clone(),
+            found: source.sites.len() + source.left_out.values().sum::<usize>(),
+            models: source.sites.len(),
+            left_out: source.left_out.clone(),
+            tiling: if source.held_back { "one tile, held back" } else { "one tile" }.to_owned(),
         }
     }
 }

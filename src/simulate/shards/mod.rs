@@ -1,5 +1,6 @@
 //! Training data: what a network is asked, what it is told, and the truth, in safetensors files.
 
+mod answers;
 mod dataset;
 mod file;
 mod float16;

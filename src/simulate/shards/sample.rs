@@ -1,18 +1,25 @@
 //! One scan as numbers.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 
 use super::super::model::Model;
 use super::super::options::{ScanOptions, Setup};
 use super::super::random::{Random, hash};
+use super::super::real::{RealSite, Seen};
 use super::super::scan::scan;
-use super::super::truth::Truth;
+use super::answers::{Answers, Exact};
 use super::float16::bits;
 use super::queries::{self, CellQuery};
 use super::{Interface, Sizes};
 use crate::reconstruct::occupancy::inputs::Inputs;
 use crate::reconstruct::occupancy::{HeightField, Occupancy};
 use crate::reconstruct::{Parameters, Partitioned};
+use crate::site::Site;
+
+/// The number of real scans among the set-ups: after those of the virtual scanner.
+pub(super) const REAL: u8 = Setup::ALL.len() as u8;
 
 /// What a network is asked and told about one scan, and the truth. The shapes are those of the README of `training/`, without
 /// their first number.
@@ -24,11 +31,14 @@ pub(super) struct Sample {
     pub patch: Vec<u16>,
     pub radius: Vec<f32>,
     pub inside: Vec<u8>,
+    pub known: Vec<u8>,
     pub distance: Vec<f32>,
     pub cell_inside: Vec<f32>,
+    pub cell_known: Vec<f32>,
     pub cell_volume: Vec<f32>,
     pub cell_vote: Vec<f32>,
     pub scale: f32,
+    pub exact: u8,
     pub setup: u8,
     pub noise: f32,
     pub density: f32,
@@ -44,34 +54,86 @@ pub(super) struct Recipe<'a> {
     pub seed: u64,
 }
 
+/// What is scanned: a model by a virtual scanner, or a building whose scan is thinned.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Subject<'a> {
+    Model(&'a Model),
+    Real(&'a RealSite),
+}
+
+impl Subject<'_> {
+    /// The tile that it is of.
+    pub fn tile(&self) -> &Arc<str> {
+        match self {
+            Self::Model(model) => &model.tile,
+            Self::Real(real) => &real.tile,
+        }
+    }
+
+    fn id(&self) -> &str {
+        match self {
+            Self::Model(model) => &model.id,
+            Self::Real(real) => &real.site.id,
+        }
+    }
+}
+
+/// How a scan was made, as numbers.
+struct Conditions {
+    setup: u8,
+    noise: f64,
+    density: f64,
+}
+
 impl Recipe<'_> {
-    /// Scans a model for the `variant`-th time and asks all questions.
+    /// Scans a subject for the `variant`-th time and asks all questions.
     ///
     /// # Errors
     /// Why nothing can be asked about the scan.
-    pub fn sample(&self, model: &Model, variant: usize) -> Result<Sample, String> {
-        let id = format!("{}#{variant}", model.id);
-        let seed = hash(self.seed, &format!("{}/{id}", model.tile));
+    pub fn sample(&self, subject: Subject<'_>, variant: usize) -> Result<Sample, String> {
+        let id = format!("{}#{variant}", subject.id());
+        let seed = hash(self.seed, &format!("{}/{id}", subject.tile()));
         let mut random = Random::new(seed);
-        let placed = if self.augment { model.augmented(&mut random) } else { model.placed() };
-        let truth = Truth::new(&placed.mesh).ok_or("the model has no surface")?;
-        let scan = scan(&placed, self.options, 0.0, random.bits()).ok_or("the model has no surface")?;
-        let site = scan.site(&id);
-        let building = Partitioned::new(&site, self.parameters)
-            .map_err(|failure| format!("no partition: {:?}", failure.reason))?;
+        match subject {
+            Subject::Model(model) => {
+                let placed = if self.augment { model.augmented(&mut random) } else { model.placed() };
+                let truth = Exact::new(&placed.mesh).ok_or("the model has no surface")?;
+                let scan = scan(&placed, self.options, 0.0, random.bits()).ok_or("the model has no surface")?;
+                let setup = Setup::ALL.iter().position(|s| *s == scan.setup).unwrap_or(0) as u8;
+                let made = Conditions { setup, noise: scan.noise, density: scan.density };
+                self.asked(&scan.site(&id), &truth, &made, random)
+            }
+            Subject::Real(real) => {
+                let turned = if self.augment { real.turned(&mut random) } else { real.clone() };
+                let truth = Seen::new(&turned).ok_or("the building has no points")?;
+                let site = turned.copy(&id, self.options, &mut random);
+                let area = turned.site.footprint.as_ref().map_or(1.0, geo::Area::unsigned_area).max(1.0);
+                // Nobody knows how much noise a real scan has.
+                let noise = f64::NAN;
+                let made = Conditions { setup: REAL, noise, density: site.points.len() as f64 / area };
+                self.asked(&site, &truth, &made, random)
+            }
+        }
+    }
+
+    /// All questions about a scan.
+    fn asked(&self, site: &Site, truth: &dyn Answers, made: &Conditions, mut random: Random) -> Result<Sample, String> {
+        let building =
+            Partitioned::new(site, self.parameters).map_err(|failure| format!("no partition: {:?}", failure.reason))?;
         let inputs = Inputs::new(&building);
 
         let scale = inputs.scale();
-        let cells = queries::cells(&building, &truth, &self.sizes, &mut random);
+        let cells = queries::cells(&building, truth, &self.sizes, &mut random);
         if cells.is_empty() {
-            return Err("no cell of the partition lies in the footprint".to_owned());
+            return Err("no cell of the partition lies in the footprint and was scanned".to_owned());
         }
-        let mut places = queries::near(&placed.mesh, self.sizes.near, scale, &mut random);
-        places.extend(queries::uniform(&truth, self.sizes.uniform, scale, &mut random));
+        let mut places = truth.near(self.sizes.near, scale, &mut random);
+        places.extend(queries::uniform(truth, self.sizes.uniform, scale, &mut random));
         places.extend(cells.iter().flat_map(|cell| &cell.samples));
         let vote = HeightField.occupancy(&building).map_err(|error| error.to_string())?;
         let of_cell = |values: &[f64], cell: &CellQuery| values.get(cell.cell as usize).map_or(0.0, |v| *v as f32);
         let halves = |values: Vec<f32>| values.into_iter().map(bits).collect::<Vec<u16>>();
+        let answers: Vec<Option<bool>> = places.iter().map(|p| truth.inside(p)).collect();
 
         let Asked { place, patch, radius } = self.ask(&inputs, &places);
         Ok(Sample {
@@ -80,15 +142,18 @@ impl Recipe<'_> {
             place,
             patch: halves(patch),
             radius,
-            inside: places.iter().map(|p| u8::from(truth.is_inside(p))).collect(),
+            inside: answers.iter().map(|answer| u8::from(*answer == Some(true))).collect(),
+            known: answers.iter().map(|answer| u8::from(answer.is_some())).collect(),
             distance: places.iter().map(|p| truth.distance(p) as f32).collect(),
             cell_inside: cells.iter().map(|cell| cell.inside as f32).collect(),
+            cell_known: cells.iter().map(|cell| cell.known as f32).collect(),
             cell_volume: cells.iter().map(|cell| of_cell(&building.volumes, cell)).collect(),
             cell_vote: cells.iter().map(|cell| of_cell(&vote, cell)).collect(),
             scale: scale as f32,
-            setup: Setup::ALL.iter().position(|s| *s == scan.setup).unwrap_or(0) as u8,
-            noise: scan.noise as f32,
-            density: scan.density as f32,
+            exact: u8::from(truth.is_exact()),
+            setup: made.setup,
+            noise: made.noise as f32,
+            density: made.density as f32,
         })
     }
 

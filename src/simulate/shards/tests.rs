@@ -7,6 +7,8 @@ use serde_json::Value;
 
 use super::super::model::tests::model;
 use super::super::options::{ScanOptions, SetupChoice};
+use super::super::real::RealSource;
+use super::super::real::tests::real;
 use super::super::source::Source;
 use super::super::span::Span;
 use super::super::split::Split;
@@ -40,6 +42,7 @@ fn job(output: &Path, options: ScanOptions) -> Job {
     };
     Job {
         sources: vec![source],
+        real: Vec::new(),
         variants: 2,
         options,
         augment: false,
@@ -110,9 +113,9 @@ fn shards_hold_what_was_asked_and_the_truth() {
     assert_eq!(channels("raster_channels"), RASTER_CHANNELS);
     assert_eq!(channels("place_channels"), PLACE_CHANNELS);
     assert_eq!(channels("patch_channels"), PATCH_CHANNELS);
-    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne"]);
+    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne", "real"]);
     let named = ["interface", "version", "split", "seed", "near", "uniform", "cells", "samples_per_cell"];
-    assert_eq!(named.map(|name| shard.metadata(name)), ["field", "1", "train", "11", "64", "48", "18", "8"]);
+    assert_eq!(named.map(|name| shard.metadata(name)), ["field", "2", "train", "11", "64", "48", "18", "8"]);
     let (r, f, p) = (RASTER_CHANNELS.len() as u64, PLACE_CHANNELS.len() as u64, PATCH_CHANNELS.len() as u64);
     assert_eq!(shard.shape("raster"), [6, r, 32, 32]);
     assert_eq!(shard.shape("subsample"), [6, 1000, 3]);
@@ -194,4 +197,71 @@ fn a_scan_without_a_partition_is_counted() {
     let manifest = run(&job(folder.path(), options), &Silent).unwrap();
     assert_eq!(manifest.failed.values().sum::<usize>(), 20, "{:?}", manifest.failed);
     assert!(manifest.shards.is_empty() && folder.path().join("manifest.json").exists());
+}
+
+/// Two tiles with two buildings each and one in both; the second tile is held back.
+fn real_job(output: &Path) -> Job {
+    let source = |tile: &str, ids: [&str; 3], held_back: bool| RealSource {
+        name: tile.to_owned(),
+        sites: ids.map(|id| real(id, tile)).to_vec(),
+        left_out: BTreeMap::new(),
+        held_back,
+        warnings: Vec::new(),
+    };
+    Job {
+        sources: Vec::new(),
+        real: vec![source("west", ["a", "b", "middle"], false), source("east", ["middle", "c", "d"], true)],
+        shares: [1.0, 0.0, 0.0],
+        augment: true,
+        ..job(output, ScanOptions::training())
+    }
+}
+
+#[test]
+fn of_real_scans_only_a_part_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = run(&real_job(folder.path()), &Silent).unwrap();
+    assert!(manifest.failed.is_empty(), "{:?}", manifest.failed);
+    // The building in both tiles is held back with the second, both scans of it.
+    assert_eq!(manifest.scans, BTreeMap::from([(Split::Train, 4), (Split::Validation, 6)]));
+    assert_eq!(
+        manifest.sources.iter().map(|s| s.tiling.as_str()).collect::<Vec<_>>(),
+        ["one tile", "one tile, held back"]
+    );
+
+    let shard = Shard::read(&folder.path().join("validation-00000.safetensors"));
+    assert_eq!((shard.bytes("exact"), shard.bytes("setup")), (&[0; 6][..], &[3; 6][..]));
+    assert!(shard.floats("noise").iter().all(|noise| noise.is_nan()));
+    let known = shard.bytes("known");
+    let share = known.iter().map(|known| f64::from(*known)).sum::<f64>() / known.len() as f64;
+    assert!((0.3..0.9).contains(&share), "{share}");
+    for (inside, known) in shard.bytes("inside").iter().zip(known) {
+        assert!(inside <= known, "what is unknown is not inside");
+    }
+    let [inside, cell_known] = ["cell_inside", "cell_known"].map(|name| shard.floats(name));
+    assert!(inside.iter().zip(&cell_known).all(|(i, k)| (0.0..=1.0).contains(i) && (0.01..=1.0).contains(k)));
+    assert!(cell_known.iter().any(|known| *known < 0.9) && cell_known.iter().any(|known| *known > 0.9));
+    // Flat and even roofs that were seen: the vote is right about most of what is known.
+    let right = inside.iter().zip(shard.floats("cell_vote")).zip(&cell_known);
+    let right: f64 =
+        right.map(|((inside, vote), known)| known * f64::from(u8::from((*inside > 0.5) == (vote > 0.5)))).sum();
+    assert!(right / cell_known.iter().sum::<f64>() > 0.85, "{right}");
+    // Of a model all is known.
+    let virtual_ones = tempfile::tempdir().unwrap();
+    run(&job(virtual_ones.path(), exact()), &Silent).unwrap();
+    let shard = Shard::read(&virtual_ones.path().join("train-00000.safetensors"));
+    assert!(shard.bytes("known").iter().chain(shard.bytes("exact")).all(|known| *known == 1));
+    assert!(shard.floats("cell_known").iter().all(|known| *known == 1.0));
+}
+
+#[test]
+fn real_scans_do_not_depend_on_threads() {
+    let made = |threads: usize| -> Vec<Vec<u8>> {
+        let folder = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let manifest = pool.install(|| run(&real_job(folder.path()), &Silent)).unwrap();
+        manifest.shards.iter().map(|name| std::fs::read(folder.path().join(name)).unwrap()).collect()
+    };
+    let (one, three) = (made(1), made(3));
+    assert!(one.len() == 2 && one == three);
 }

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::building::{Building, LadderStep, Measures, Outcome, Reason, RoofHeights, RoofType, Setback};
+use crate::completeness::{Extent, Extents};
 use crate::error::Error;
 use crate::reconstruct::blocks::block;
 use crate::site::{Coverage, Frame, Ground, GroundSource};
@@ -109,6 +110,11 @@ fn neighbourhood() -> Vec<Building> {
         roof_heights: Some(RoofHeights { min: 2.9996, p50: 4.0, p70: 4.4, max: 5.01 }),
         ridge_height: Some(5.0),
         rmse_lod22: Some(f64::NAN),
+        completeness: Some(Extents {
+            missing: Extent { area: 7.0, largest: 4.0 },
+            excess: Extent { area: 2.256, largest: 2.256 },
+            ..Extents::default()
+        }),
         volume_lod12: Some(211.2),
         ..Measures::default()
     };
@@ -274,6 +280,8 @@ fn attributes_say_what_came_of_a_building() {
         "gable_roof_type": "slanted", "gable_roof_planes": 2,
         "gable_height_ground": -1.0, "gable_height_roof_min": 2.0, "gable_height_roof_50p": 3.0,
         "gable_height_roof_70p": 3.4, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
+        "gable_missing_area": 7.0, "gable_missing_largest": 4.0, "gable_excess_area": 2.26,
+        "gable_excess_largest": 2.26, "gable_roofed_ground_area": 0.0, "gable_roofed_ground_largest": 0.0,
         "gable_volume_lod12": 211.2, "gable_validity_lod12": [], "gable_validity_lod22": [],
         "gable_point_cloud_source": "AHN3",
         "gable_points": 400, "gable_point_density": 8.333, "gable_no_data_share": 0.0, "gable_coverage": 1.0,

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::error::{Error, InputError, Result};
+use crate::source::open;
 use parse::Document;
 
 /// A city model, or one feature of a sequence.
@@ -186,7 +187,7 @@ pub fn read(path: &Path) -> Result<CityModel> {
 /// [`Error::Io`] when the file cannot be read, and an input error with line and column when it is no JSON, no CityJSON,
 /// of another version than 1.0 to 2.0, or refers to vertices that it does not have.
 pub fn features(path: &Path) -> Result<Features> {
-    let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
+    let file = open::stream(path, "a CityJSON or CityJSONSeq file")?;
     let mut features = Features {
         path: path.to_path_buf(),
         reader: BufReader::with_capacity(1 << 18, file),
@@ -195,6 +196,7 @@ pub fn features(path: &Path) -> Result<Features> {
         read: 0,
         first: None,
     };
+    features.refuse_other_than_json()?;
     let mut bytes = features.next_line()?;
     if bytes.starts_with(b"\xEF\xBB\xBF") {
         bytes.drain(..3);
@@ -233,6 +235,18 @@ impl Features {
     /// How many bytes of the file have been read.
     pub fn bytes_read(&self) -> u64 {
         self.read
+    }
+
+    /// Looks at the first bytes: what is no object need not be read to its end, which may be far.
+    fn refuse_other_than_json(&mut self) -> Result<()> {
+        let start = self.reader.fill_buf().map_err(|e| Error::io(&self.path, "read", e))?;
+        let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start).trim_ascii_start();
+        if text.first().is_none_or(|first| *first == b'{') {
+            return Ok(());
+        }
+        let line = text.split(|byte| *byte == b'\n').next().unwrap_or(text);
+        let fault = serde_json::from_slice::<Document>(line).err();
+        fault.map_or(Ok(()), |fault| Err(self.fault(&fault, 0)))
     }
 
     /// The next line that is not blank; empty at the end.

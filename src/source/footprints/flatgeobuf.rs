@@ -52,18 +52,28 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
         layer: header.name().map_or_else(|| stem(path), str::to_string),
         crs: crs_of(path, &header, options)?,
         columns: columns.iter().filter(|c| c.kind != ColumnType::Binary).map(|c| c.name.clone()).collect(),
-        warnings: Vec::new(),
+        ..LayerInfo::default()
     };
     let binary = columns.iter().filter(|c| c.kind == ColumnType::Binary);
     info.warnings.extend(binary.map(|c| format!("attribute `{}` is binary and was left out", c.name)));
     let mut count = 0_u64;
+    let mut end = file.stream_position().map_err(|e| Error::io(path, "read", e))?;
     while let Some(bytes) = sized(&mut file, length) {
         count += 1;
+        end += bytes.len() as u64;
         sink(feature_of(&bytes, &header, &columns));
     }
-    if count < header.features_count() {
-        let missing = header.features_count() - count;
-        info.warnings.push(format!("it is cut off: {missing} of {} features are missing", header.features_count()));
+    match header.features_count() {
+        // A writer that streams does not know how many there will be.
+        0 if end < length => {
+            info.missing = 1;
+            info.warnings.push(format!("it is cut off in its feature {}: what follows is missing", count + 1));
+        }
+        stated if count < stated => {
+            info.missing = stated - count;
+            info.warnings.push(format!("it is cut off: {} of {stated} features are missing", stated - count));
+        }
+        _ => {}
     }
     Ok(info)
 }

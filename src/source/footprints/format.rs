@@ -1,11 +1,11 @@
 //! Which format a file has, by its first bytes; its name only says which of several files is meant.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{Reader, flatgeobuf, geojson, shapefile, sqlite};
 use crate::error::{Error, InputError, Result};
+use crate::source::open;
 
 /// What is accepted, for messages.
 pub(super) const ACCEPTED: &str =
@@ -19,12 +19,9 @@ pub(super) fn of(path: &Path) -> Result<(PathBuf, Reader)> {
         .is_some_and(|e| ["dbf", "shx", "prj", "cpg"].iter().any(|part| e.eq_ignore_ascii_case(part)));
     let main = if is_part { with_extension(path, "shp") } else { None };
     let path = main.unwrap_or_else(|| path.to_path_buf());
-    if path.is_dir() {
-        return Err(refused(&path, "a folder").into());
-    }
     let mut start = Vec::new();
-    File::open(&path)
-        .map_err(|e| Error::io(&path, "open", e))?
+    open::regular(&path, &format!("a footprint file: {ACCEPTED}"))?
+        .0
         .take(4096)
         .read_to_end(&mut start)
         .map_err(|e| Error::io(&path, "read", e))?;

@@ -15,12 +15,13 @@ mod names;
 mod outline;
 mod shapefile;
 mod sqlite;
+mod sqlite_bounds;
 mod wkb;
 
 #[cfg(test)]
 mod tests;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use geo::{BoundingRect, MapCoordsInPlace, MultiPolygon, Rect};
@@ -88,8 +89,10 @@ pub struct FootprintLayer {
     pub id_attribute: Option<String>,
     /// What concerns the file as a whole, one sentence each.
     pub warnings: Vec<String>,
-    /// The number in the file of every footprint, by its id.
-    numbers: HashMap<String, usize>,
+    /// How many features are missing because the file is cut off, as far as the file tells.
+    pub missing: u64,
+    /// The number in the file of every footprint, in the same order.
+    numbers: Vec<usize>,
 }
 
 /// What a format tells of a file besides its features.
@@ -99,6 +102,8 @@ struct LayerInfo {
     crs: Option<Crs>,
     /// The attributes, in order, as far as the format has a schema.
     columns: Vec<String>,
+    /// How many features a file that is cut off has lost.
+    missing: u64,
     warnings: Vec<String>,
 }
 
@@ -107,6 +112,15 @@ struct RawFeature {
     attributes: Map<String, Value>,
     /// Rings, or why there are none.
     outline: Result<Outline, String>,
+}
+
+/// A feature that the filter lets through.
+struct Kept {
+    /// Its number in the file.
+    index: usize,
+    attributes: Map<String, Value>,
+    /// Its polygon and what was repaired, or why there is none.
+    polygon: Result<(MultiPolygon<f64>, Vec<String>), String>,
 }
 
 /// Takes features one by one, in the order of the file.
@@ -125,11 +139,13 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
     let filter = options.filter.as_deref().map(|text| Filter::parse(text, &path)).transpose()?;
     let mut columns = Columns::default();
     let mut index = 0;
-    let mut kept: Vec<(usize, RawFeature)> = Vec::new();
+    let mut kept: Vec<Kept> = Vec::new();
     let info = reader(&path, options, &mut |feature| {
         columns.extend(feature.attributes.keys());
         if filter.as_ref().is_none_or(|filter| filter.matches(&feature.attributes)) {
-            kept.push((index, feature));
+            let RawFeature { attributes, outline } = feature;
+            // Judged at once: a polygon takes less room than the rings that it is made of.
+            kept.push(Kept { index, attributes, polygon: outline.and_then(Outline::into_valid) });
         }
         index += 1;
     })?;
@@ -143,7 +159,7 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
     if let Some(filter) = filter.as_ref().filter(|_| !columns.names.is_empty()) {
         filter.check(&columns.names, &path)?;
     }
-    let ids = ids::assign(kept.iter().map(|(_, f)| &f.attributes), &columns.names, options, &path)?;
+    let ids = ids::assign(kept.iter().map(|feature| &feature.attributes), &columns.names, options, &path)?;
     let mut layer = FootprintLayer {
         path,
         layer: info.layer,
@@ -152,14 +168,15 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         rejected: Vec::new(),
         id_attribute: ids.attribute,
         warnings: info.warnings,
-        numbers: HashMap::new(),
+        missing: info.missing,
+        numbers: Vec::new(),
     };
     layer.warnings.extend(ids.warnings);
-    for ((index, RawFeature { attributes, outline }), assigned) in kept.into_iter().zip(ids.assigned) {
-        match outline.and_then(Outline::into_valid) {
+    for (Kept { index, attributes, polygon }, assigned) in kept.into_iter().zip(ids.assigned) {
+        match polygon {
             Ok((polygon, repairs)) => {
                 let notes = assigned.note.into_iter().chain(repairs).collect();
-                layer.numbers.insert(assigned.id.clone(), index);
+                layer.numbers.push(index);
                 layer.footprints.push(Footprint { id: assigned.id, polygon, attributes, notes });
             }
             Err(reason) => layer.rejected.push(Rejected { index, id: assigned.id, attributes, reason }),
@@ -186,16 +203,17 @@ impl FootprintLayer {
     /// Rejects the footprints that are larger than any building: one vertex gone astray would cost more memory than there
     /// is. `crs` is that of the layer, which must not be in degrees.
     pub fn reject_giants(&mut self, crs: &Crs) {
-        for footprint in std::mem::take(&mut self.footprints) {
+        let numbers = std::mem::take(&mut self.numbers);
+        for (footprint, index) in std::mem::take(&mut self.footprints).into_iter().zip(numbers) {
             let extent = footprint.polygon.bounding_rect().map_or(0.0, |rect| {
                 (rect.width() * crs.metres_per_unit[0]).max(rect.height() * crs.metres_per_unit[1])
             });
             if extent <= LARGEST_BUILDING {
                 self.footprints.push(footprint);
+                self.numbers.push(index);
                 continue;
             }
             let reason = format!("it extends over {extent:.0} m, more than {LARGEST_BUILDING} m");
-            let index = self.numbers.get(&footprint.id).copied().unwrap_or_default();
             let Footprint { id, attributes, .. } = footprint;
             self.rejected.push(Rejected { index, id, attributes, reason });
         }
@@ -228,7 +246,8 @@ impl FootprintLayer {
         if transformer.is_identity() {
             return Ok(Vec::new());
         }
-        for mut footprint in std::mem::take(&mut self.footprints) {
+        let numbers = std::mem::take(&mut self.numbers);
+        for (mut footprint, index) in std::mem::take(&mut self.footprints).into_iter().zip(numbers) {
             footprint.polygon.map_coords_in_place(|c| {
                 let mut point = [[c.x, c.y]];
                 transformer.transform(&mut point);
@@ -239,11 +258,11 @@ impl FootprintLayer {
                     footprint.polygon = polygon;
                     footprint.notes.extend(repairs);
                     self.footprints.push(footprint);
+                    self.numbers.push(index);
                 }
                 Err(reason) => {
                     let Footprint { id, attributes, .. } = footprint;
                     let reason = format!("in {target}: {reason}");
-                    let index = self.numbers.get(&id).copied().unwrap_or_default();
                     self.rejected.push(Rejected { index, id, attributes, reason });
                 }
             }

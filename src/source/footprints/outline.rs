@@ -1,7 +1,6 @@
 //! From rings as they stand in a file to valid polygons (OGC 06-103r4, section 6.1.11), or the reason why not.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
+use crate::guard::guarded;
 use geo::algorithm::bool_ops::{FillRule, unary_union};
 use geo::orient::{Direction, Orient};
 use geo::{
@@ -86,7 +85,7 @@ impl Outline {
             None => polygons,
             Some(fault) => {
                 // The booleans and the triangulation below are not ours, and one bad polygon must not end a run.
-                let repaired = catch_unwind(AssertUnwindSafe(|| repair(&polygons)))
+                let repaired = guarded(|| repair(&polygons))
                     .unwrap_or_else(|_| Err("the repair failed".into()))
                     .map_err(|reason| format!("{fault}, and {reason}"))?;
                 notes.push(format!("repaired: {fault}"));

@@ -7,8 +7,9 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row};
 use serde_json::{Map, Number, Value};
 
+use super::sqlite_bounds::{Allowance, bound, is_without_end};
 use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file, names, wkb};
-use crate::error::{InputError, Result};
+use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 
 /// Lists the layers of a GeoPackage: table, geometry column, type, SRID.
@@ -44,8 +45,18 @@ struct Layer {
 
 /// Reads a GeoPackage or SpatiaLite file.
 pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
-    let fault = |error: rusqlite::Error| InputError::new(path, error.to_string(), "a readable SQLite database");
+    let fault = |error: rusqlite::Error| {
+        if is_without_end(&error) {
+            let found = format!("tables or views without end ({error})");
+            return InputError::new(path, found, "features that come to an end").remedy(
+                "A view can be a program that never ends: write what is wanted of it into a table, and read that",
+            );
+        }
+        InputError::new(path, error.to_string(), "a readable SQLite database")
+    };
+    let size = std::fs::metadata(path).map_err(|e| Error::io(path, "open", e))?.len();
     let connection = open(path).map_err(fault)?;
+    let mut allowance = bound(&connection, size).map_err(fault)?;
     let is_geopackage = has_table(&connection, "gpkg_contents").map_err(fault)?;
     if !is_geopackage && !has_table(&connection, "geometry_columns").map_err(fault)? {
         return Err(
@@ -57,7 +68,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let mut info = LayerInfo { layer: layer.table.clone(), ..LayerInfo::default() };
     info.crs = crs_of(path, &connection, layer, is_geopackage, options)?;
     let mut blobs = HashMap::new();
-    features(&connection, layer, sink, &mut info.columns, &mut blobs).map_err(fault)?;
+    features(&connection, layer, sink, &mut info.columns, &mut blobs, &mut allowance).map_err(fault)?;
     let mut blobs: Vec<_> = blobs.into_iter().collect();
     blobs.sort_unstable();
     info.warnings.extend(
@@ -196,6 +207,7 @@ fn features(
     sink: Sink<'_>,
     names: &mut Vec<String>,
     blobs: &mut HashMap<String, usize>,
+    allowance: &mut Allowance,
 ) -> rusqlite::Result<()> {
     let types: HashMap<String, String> =
         columns(connection, &layer.table)?.into_iter().map(|(name, kind)| (name, kind.to_uppercase())).collect();
@@ -211,6 +223,7 @@ fn features(
         let mut outline = Err("it has no geometry".to_string());
         for (i, name) in all.iter().enumerate() {
             let value = row.get_ref(i)?;
+            allowance.take(name, value)?;
             if Some(i) == geometry {
                 outline = match value {
                     ValueRef::Null => Err("it has no geometry".into()),

@@ -3,7 +3,7 @@
 use crate::error::{Error, InputError, Result};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 const WANTED: &str = "LAS, LAZ or COPC tiles: files, folders or glob patterns";
 
@@ -47,14 +47,22 @@ pub fn expand(args: &[String]) -> Result<Vec<PathBuf>> {
 }
 
 fn matches(pattern: &str) -> Result<Vec<PathBuf>> {
-    let paths = glob::glob(pattern).map_err(|e| {
+    let malformed = |e: glob::PatternError| {
         InputError::new(pattern, "a malformed pattern", "a glob pattern")
             .at(format!("character {}", e.pos))
             .remedy(e.msg)
-    })?;
+    };
+    let mut paths = Vec::new();
+    if Path::new(pattern).components().any(|part| part.as_os_str() == "**") {
+        let whole = glob::Pattern::new(pattern).map_err(malformed)?;
+        walk(&before_the_first_wildcard(pattern), &whole, &mut paths)?;
+    } else {
+        for path in glob::glob(pattern).map_err(malformed)? {
+            paths.push(path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?);
+        }
+    }
     let mut tiles = Vec::new();
     for path in paths {
-        let path = path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?;
         if path.is_dir() {
             tiles.extend(tiles_in(&path)?);
         } else if is_tile(&path) {
@@ -65,6 +73,33 @@ fn matches(pattern: &str) -> Result<Vec<PathBuf>> {
         return Err(InputError::new(pattern, "a pattern that matches no .las or .laz file", WANTED).into());
     }
     Ok(tiles)
+}
+
+/// The folder that all paths of a pattern are in.
+fn before_the_first_wildcard(pattern: &str) -> PathBuf {
+    let is_plain = |part: &Component<'_>| !part.as_os_str().to_string_lossy().contains(['*', '?', '[']);
+    Path::new(pattern).components().take_while(is_plain).collect()
+}
+
+/// The paths below `folder` that match. As in shells, `**` does not go into links to folders: they may lead back.
+fn walk(folder: &Path, pattern: &glob::Pattern, found: &mut Vec<PathBuf>) -> Result<()> {
+    const OPTIONS: glob::MatchOptions = glob::MatchOptions {
+        case_sensitive: true,
+        require_literal_separator: true,
+        require_literal_leading_dot: false,
+    };
+    let named = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    for entry in fs::read_dir(named).map_err(|e| Error::io(named, "read", e))? {
+        let entry = entry.map_err(|e| Error::io(named, "read", e))?;
+        let path = folder.join(entry.file_name());
+        if pattern.matches_path_with(&path, OPTIONS) {
+            found.push(path.clone());
+        }
+        if entry.file_type().map_err(|e| Error::io(&path, "read", e))?.is_dir() {
+            walk(&path, pattern, found)?;
+        }
+    }
+    Ok(())
 }
 
 fn tiles_in(folder: &Path) -> Result<Vec<PathBuf>> {

@@ -90,13 +90,13 @@ impl Tile {
             return Ok(reading);
         }
         if let Some(spill) = &self.spill {
-            let mut out = Output { block: self.block(), reading: &mut reading, visit, is_over: false };
+            let mut out = Output::new(self.block(), &mut reading, visit);
             self.stream_plain(&mut spill.reader(), &mut out);
             return Ok(reading);
         }
         let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         let mut file = BufReader::with_capacity(1 << 16, file);
-        let mut out = Output { block: self.block(), reading: &mut reading, visit, is_over: false };
+        let mut out = Output::new(self.block(), &mut reading, visit);
         match &layout.compression {
             None => self.stream_plain(&mut file, &mut out),
             Some(compression) => {
@@ -153,13 +153,13 @@ impl Tile {
                 let bytes = chunk.bytes.min(self.layout().file_size.saturating_sub(chunk.start));
                 let record_len = self.layout().record_len;
                 let Some(stated) = compression.checked_layers(decoder.source(), record_len, chunk.start, bytes) else {
-                    out.reading.cause = Some(format!("the chunk at byte {} is damaged or cut off", chunk.start));
+                    out.damaged(chunk.start, "it is damaged or cut off");
                     continue;
                 };
                 points = points.min(stated);
             }
             if let Err(cause) = decoder.begin(chunk.start).and_then(|()| out.fill_from(&mut decoder, points)) {
-                out.reading.cause = Some(cause);
+                out.damaged(chunk.start, &cause);
             }
         }
     }
@@ -190,7 +190,7 @@ impl Tile {
             match outcome.and_then(|()| decoder.source().stream_position().map_err(|e| e.to_string())) {
                 Ok(position) => start = position,
                 Err(cause) => {
-                    out.reading.cause = Some(cause);
+                    out.damaged(start, &cause);
                     return;
                 }
             }
@@ -237,6 +237,14 @@ struct Output<'a> {
     reading: &'a mut Reading,
     visit: &'a mut dyn FnMut(&Block) -> ControlFlow<()>,
     is_over: bool,
+    damaged_chunks: u64,
+    first_cause: Option<String>,
+}
+
+impl<'a> Output<'a> {
+    fn new(block: Block, reading: &'a mut Reading, visit: &'a mut dyn FnMut(&Block) -> ControlFlow<()>) -> Self {
+        Self { block, reading, visit, is_over: false, damaged_chunks: 0, first_cause: None }
+    }
 }
 
 impl Output<'_> {
@@ -253,6 +261,16 @@ impl Output<'_> {
             left -= n;
         }
         Ok(())
+    }
+
+    /// Notes why points of the chunk at byte `start` are missing: the first place is told, the others are counted.
+    fn damaged(&mut self, start: u64, cause: &str) {
+        self.damaged_chunks += 1;
+        let first = self.first_cause.get_or_insert_with(|| format!("in the chunk at byte {start}: {cause}"));
+        self.reading.cause = Some(match self.damaged_chunks {
+            1 => first.clone(),
+            several => format!("{first}; and in {} other chunk(s)", several - 1),
+        });
     }
 
     fn hand_out(&mut self, records: usize) {

@@ -146,7 +146,7 @@ fn what_is_no_tile_is_refused_with_a_reason() {
     assert!(refused(&patched(104, &[0xaa])).contains("point format"));
     assert!(refused(&patched(131, &f64::NAN.to_le_bytes())).contains("coordinate scale"));
     assert!(refused(&patched(105, &[34, 0])).contains("fields of 30 bytes in all, expected 34"));
-    assert!(Tile::open(folder.path()).unwrap_err().to_string().contains("not a file"));
+    assert!(Tile::open(folder.path()).unwrap_err().to_string().contains("a folder, not a file"));
 }
 
 #[test]
@@ -162,6 +162,81 @@ fn a_chunk_count_out_of_all_proportion_does_not_take_the_memory() {
         fs::write(&path, bytes).unwrap();
         let (points, _) = read(&Tile::open(&path).unwrap());
         assert_same(&points, &cloud(1000));
+    }
+}
+
+/// Times of four scanners that jump, stand still, run on and change their pace: everything that the coder knows.
+fn interleaved_times(format: u8, index: usize, point: &mut las::Point) {
+    let i = index as u64;
+    let mixed = i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+    let base = [1e5, 3e8, -2.5, 7.25e3][index % 4];
+    let pace = [1e-5, 3e-4, 0.5, 1e-9][index / 40 % 4];
+    let time = if mixed.is_multiple_of(97) { f64::from_bits(mixed << 20) } else { base + pace * (i / 7) as f64 };
+    point.gps_time = Some(time + if mixed.is_multiple_of(11) { 60.0 } else { 0.0 });
+    if format >= 6 && index > 500 {
+        point.scanner_channel = (mixed / 7 % 4) as u8;
+    }
+    point.number_of_returns = (mixed % 5 + 1) as u8;
+    point.return_number = (mixed / 5 % 5 + 1) as u8;
+}
+
+#[test]
+fn times_are_decoded_as_they_were_written() {
+    let folder = tempdir().unwrap();
+    for format in [1, 3, 6, 7] {
+        let path = folder.path().join("a.laz");
+        fixture::write_with(&path, Style { format, ..Style::default() }, &cloud(120_000), |index, point| {
+            interleaved_times(format, index, point);
+        });
+        let written = |index| {
+            let mut point = las::Point::default();
+            interleaved_times(format, index, &mut point);
+            point.gps_time.unwrap().to_bits()
+        };
+        let expected: Vec<u64> = (0..120_000).map(written).collect();
+        let at = if format < 6 { 20 } else { 22 };
+        let mut times = Vec::new();
+        let reading = Tile::open(&path).unwrap().stream_records(None, &mut |block| {
+            times.extend(block.records().map(|r| u64::from_le_bytes(r[at..at + 8].try_into().unwrap())));
+            std::ops::ControlFlow::Continue(())
+        });
+        assert_eq!(reading.unwrap().read, 120_000);
+        assert!(times == expected, "format {format}");
+    }
+}
+
+/// The decoder of the laz crate calls itself on such data until the stack overflows.
+#[test]
+fn times_that_change_their_sequence_without_end_cost_their_chunk_only() {
+    let folder = tempdir().unwrap();
+    for format in [1, 6] {
+        let path = folder.path().join("a.laz");
+        fixture::write_with(&path, Style { format, ..Style::default() }, &cloud(120_000), |index, point| {
+            interleaved_times(format, index, point);
+        });
+        let mut bytes = fs::read(&path).unwrap();
+        let first = u32::from_le_bytes(bytes[96..100].try_into().unwrap()) as usize + 8;
+        if format == 1 {
+            bytes[first + 40_000..first + 70_000].fill(0xff);
+        } else {
+            let sizes = &bytes[first + 34..first + 70];
+            let sizes: Vec<usize> = sizes.as_chunks::<4>().0.iter().map(|s| u32::from_le_bytes(*s) as usize).collect();
+            let times = first + 70 + sizes[..8].iter().sum::<usize>();
+            assert!(sizes[8] > 60_000);
+            bytes[times + 8..times + sizes[8]].fill(0xff);
+        }
+        fs::write(&path, bytes).unwrap();
+        let tile = Tile::open(&path).unwrap();
+        let mut read = 0;
+        let visit = &mut |block: &super::Block| {
+            read += block.len();
+            std::ops::ControlFlow::Continue(())
+        };
+        let reading = tile.stream_records(None, visit).unwrap();
+        assert!((70_000..120_000).contains(&read), "format {format}: {read}");
+        let told = reading.problems(&tile)[0].to_string();
+        assert!(told.contains(&format!("a.laz: {} of 120000 points are missing", 120_000 - read)), "{told}");
+        assert!(told.contains(&format!("in the chunk at byte {first}: the GPS times are damaged")), "{told}");
     }
 }
 
@@ -268,6 +343,27 @@ fn arguments_become_sorted_tiles_without_duplicates() {
     assert!(refused("empty").contains("a folder without .las or .laz files"));
     assert!(refused("[").contains("malformed"));
     assert!(expand(&[]).unwrap_err().to_string().contains("no argument"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_that_lead_back_do_not_make_a_pattern_endless() {
+    let folder = tempdir().unwrap();
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        let inner = folder.path().join(name);
+        fs::create_dir(&inner).unwrap();
+        fs::write(inner.join("tile.laz"), "").unwrap();
+        for back in ["1", "2", "3"] {
+            std::os::unix::fs::symlink("..", inner.join(back)).unwrap();
+        }
+    }
+    let pattern = |tail: &str| folder.path().join(tail).display().to_string();
+    assert_eq!(expand(&[pattern("**/*.laz")]).unwrap().len(), 6);
+    assert_eq!(expand(&[pattern("**/tile.laz")]).unwrap().len(), 6);
+    assert_eq!(expand(&[pattern("a/**/t*.laz")]).unwrap(), [folder.path().join("a/tile.laz")]);
+    // A link before the first wildcard is meant.
+    assert_eq!(expand(&[pattern("a/1/b/**/*.laz")]).unwrap(), [folder.path().join("a/1/b/tile.laz")]);
+    assert!(expand(&[pattern("**/*.las")]).unwrap_err().to_string().contains("matches no .las or .laz file"));
 }
 
 #[test]

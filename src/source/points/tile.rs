@@ -3,10 +3,10 @@
 use super::block::{Block, Records};
 use super::header::{self, Layout};
 use super::spill::Spill;
-use crate::error::{Error, InputError, Result};
+use crate::error::Result;
 use crate::source::crs::Crs;
+use crate::source::open;
 use las::{Transform, Vector};
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -93,12 +93,8 @@ impl Tile {
     /// be understood is no error: it stands in [`Self::crs_fault`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
-        let meta = file.metadata().map_err(|e| Error::io(path, "open", e))?;
-        if !meta.is_file() {
-            return Err(InputError::new(path, "not a file", "a LAS, LAZ or COPC tile").into());
-        }
-        let (header, layout) = header::read(path, &mut BufReader::new(file), meta.len())?;
+        let (file, size) = open::regular(path, "a LAS, LAZ or COPC tile")?;
+        let (header, layout) = header::read(path, &mut BufReader::new(file), size)?;
         let (crs, crs_fault) = match Crs::from_header(&header) {
             Ok(crs) => (crs, None),
             Err(fault) => (None, Some(fault)),

@@ -21,8 +21,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::height_field::RoofEvidence;
 use crate::reconstruct::Partitioned;
-use outline::Outline;
-
+pub(crate) use outline::Outline;
 pub use patch::PATCH_CHANNELS;
 pub use place::PLACE_CHANNELS;
 pub use raster::{HALF_WIDTH, RASTER_CHANNELS, lookup};

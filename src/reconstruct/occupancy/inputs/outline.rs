@@ -5,7 +5,7 @@ use nalgebra::Point2;
 
 /// The edges of a footprint.
 #[derive(Debug)]
-pub(super) struct Outline {
+pub(crate) struct Outline {
     edges: Vec<[Point2<f64>; 2]>,
 }
 

@@ -17,6 +17,7 @@ fn flat() -> Site {
         frame: Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] },
         footprint: Some(MultiPolygon(vec![Polygon::new(ring, vec![])])),
         points: points.collect(),
+        ground_points: Vec::new(),
         ground: Ground { height: 1.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
         attributes: serde_json::Map::new(),

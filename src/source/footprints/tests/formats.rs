@@ -81,6 +81,34 @@ fn geopackages_with_layers_and_all_kinds_of_values() {
     assert_damage_is_survived(&path, &path, DATABASE_STEP);
 }
 
+/// Views are programs. These yield rows for ever, work for ever on the first, or make values beyond all measure.
+#[test]
+fn views_without_end_are_told_soon() {
+    let endless = "WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r)";
+    let views = [
+        (format!("{endless} SELECT i AS fid, randomblob(1000) AS geom FROM r"), "more than"),
+        (format!("{endless} SELECT i AS fid, x'00' AS geom FROM r WHERE i < 0"), "interrupted"),
+        ("SELECT 1 AS fid, zeroblob(900000000) AS geom".to_owned(), "too big"),
+    ];
+    for (view, says) in views {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("made.gpkg");
+        let database = rusqlite::Connection::open(&path).unwrap();
+        database
+            .execute_batch(&format!(
+                "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);
+                 CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER);
+                 INSERT INTO gpkg_contents VALUES ('v', 'features', 0);
+                 INSERT INTO gpkg_geometry_columns VALUES ('v', 'geom', 'POLYGON', 0);
+                 CREATE VIEW v AS {view};"
+            ))
+            .unwrap();
+        drop(database);
+        let error = read(&path, &FootprintOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("made.gpkg: found tables or views without end") && error.contains(says), "{error}");
+    }
+}
+
 #[test]
 fn spatialite_blobs() {
     let folder = TempDir::new().unwrap();
@@ -194,7 +222,9 @@ fn flatgeobuf_with_a_header_crs_and_damage() {
     for cut in (0..bytes.len()).step_by(7) {
         fs::write(&path, &bytes[..cut]).unwrap();
         if let Ok(layer) = read(&path, &FootprintOptions::default()) {
-            assert!(layer.footprints.len() == 3 || !layer.warnings.is_empty(), "cut at {cut}");
+            let n = layer.footprints.len();
+            assert_eq!(layer.missing, 3 - n as u64, "cut at {cut}");
+            assert!(n == 3 || layer.warnings[0].contains(&format!("cut off: {} of 3", 3 - n)), "{:?}", layer.warnings);
         }
     }
     fs::write(&path, &bytes).unwrap();

@@ -125,6 +125,27 @@ function confidence(model) {
   };
 }
 
+const FAULTS = ['gable_missing_largest', 'gable_excess_largest', 'gable_roofed_ground_largest'];
+
+function completeness(model) {
+  const largest = model.features.map((feature) =>
+    Math.max(...FAULTS.map((name) => numberOf(attribute(model, feature, [name])))),
+  );
+  return {
+    key: 'completeness',
+    lacks: 'gable_missing_largest',
+    name: 'Completeness',
+    title: 'Largest area that was scanned and is missing, that was not scanned and is modelled, or that is roofed ground',
+    reason: largest.some(Number.isFinite) ? null : 'no building has gable_missing_largest',
+    scope: 'feature',
+    kind: 'ramp',
+    ramp: RAMPS.error,
+    range: [0, 10],
+    unit: 'm²',
+    of: (feature, lod, f) => largest[f],
+  };
+}
+
 /** Values of an attribute as categories, the most frequent first; beyond ten the rest is one. */
 function categorical(values, preferred = []) {
   const counts = new Map();
@@ -262,7 +283,7 @@ export function attributeNames(model) {
 
 /** The colourings of a model, in the order of their number keys. */
 export const colourings = (model) =>
-  [semantics, rmse, confidence, roofType, ladder, validity].map((make) => make(model));
+  [semantics, rmse, confidence, roofType, ladder, validity, completeness].map((make) => make(model));
 
 /** The category or number of a feature at the level of detail `lod` (see Model.lodOf); NaN or -1 without one. */
 export function valueOf(colouring, model, f, lod) {

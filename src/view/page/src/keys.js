@@ -9,7 +9,7 @@ const HELP = [
   ['click', 'attributes of a building and of the face; double click flies to it'],
   ['arrow keys', 'move; with Shift turn'],
   ['+  −', 'nearer, farther'],
-  ['1 – 6', 'colour by semantics, RMSE, confidence, roof type, ladder step, validity'],
+  ['1 – 7', 'colour by semantics, RMSE, confidence, roof type, ladder step, validity, completeness'],
   ['F   O', 'show all; from above'],
   ['L', 'next level of detail'],
   ['P', 'points'],

@@ -4,7 +4,7 @@ use geo::{LineString, MultiPolygon};
 
 /// A polygon in a local frame, its edges sorted into horizontal bands, so that a question looks at few of them.
 #[derive(Debug)]
-pub(super) struct Prepared {
+pub struct PreparedPolygon {
     /// Edges, lower end first: the two polygons at a shared edge then compute the same crossing.
     edges: Vec<[[f64; 2]; 2]>,
     min: [f64; 2],
@@ -13,7 +13,7 @@ pub(super) struct Prepared {
     band_height: f64,
 }
 
-impl Prepared {
+impl PreparedPolygon {
     /// Prepares `polygon`.
     pub fn new(polygon: &MultiPolygon<f64>) -> Self {
         let rings = polygon.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));

@@ -1,4 +1,5 @@
-//! A panic in one building must not take the run down with it: it becomes a detail of that building's report.
+//! A panic in one building, or in a decoder that is given damaged data, must not take the run down with it: it becomes a
+//! reason in a report.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{self, AssertUnwindSafe};

@@ -1,0 +1,73 @@
+//! The planes that were found in the points of a building, before anything is concluded from them.
+
+use nalgebra::Point3;
+
+use super::hypotheses::WALL_VERTICALITY;
+use super::primitives::undersides::Tops;
+use super::primitives::{self, Primitive};
+use super::{Failure, Parameters};
+use crate::building::Reason;
+use crate::geometry::seed_of;
+use crate::site::Site;
+
+/// An underside with a point lower than this above the ground is the floor, metres.
+const GROUND_FLOOR: f64 = 0.5;
+
+/// The planes of a building by what they are parts of.
+#[derive(Debug, Clone)]
+pub struct Detected {
+    /// Planes seen from above; those that a [revision](super::revision) added come last.
+    pub roofs: Vec<Primitive>,
+    /// Planes that look down.
+    pub undersides: Vec<Primitive>,
+    /// Planes that stand.
+    pub walls: Vec<Primitive>,
+    /// For each of the walls, whether it stands under a roof.
+    pub covered: Vec<bool>,
+    /// How many planes were detected in the first place.
+    pub count: usize,
+    /// How many of the roofs were added because a model had left their points unexplained.
+    pub revised: usize,
+}
+
+impl Detected {
+    /// Detects the planes of a site (paper, section 3.1).
+    ///
+    /// # Errors
+    /// Fails where there is no point.
+    pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
+        if site.points.is_empty() {
+            let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
+            return Err(Failure::new(reason, "no building point lies in the footprint"));
+        }
+        let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
+        let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
+            detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
+        let count = roofs.len() + walls.len();
+        let (undersides, covered) = take_covered(&site.points, site.ground.height, &mut roofs, &walls);
+        Ok(Self { roofs, undersides, walls, covered, count, revised: 0 })
+    }
+}
+
+/// Takes the undersides out of the roofs, and says which of the walls stand under a roof. What lies at the height of the
+/// ground is neither: the box has its own bottom.
+fn take_covered(
+    points: &[Point3<f64>],
+    ground: f64,
+    roofs: &mut Vec<Primitive>,
+    walls: &[Primitive],
+) -> (Vec<Primitive>, Vec<bool>) {
+    let tops = Tops::new(points, roofs);
+    let mut undersides = Vec::new();
+    let mut label = 0;
+    roofs.retain(|roof| {
+        let covered = tops.cover(roof, label);
+        label += 1;
+        if covered {
+            let low = roof.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR);
+            undersides.extend((!low).then(|| roof.clone()));
+        }
+        !covered
+    });
+    (undersides, walls.iter().map(|wall| tops.cover(wall, usize::MAX)).collect())
+}

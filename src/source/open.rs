@@ -1,0 +1,48 @@
+//! Opening what a user names: a pipe or a device must not hang the program or fill its memory.
+
+use crate::error::{Error, InputError, Result};
+use std::fs::{File, FileType, Metadata};
+use std::path::Path;
+
+/// Opens a file that is read back and forth, and gives its size in bytes; `expected` is for the message.
+///
+/// # Errors
+/// It cannot be opened, or is a folder, a pipe or a device.
+pub(crate) fn regular(path: &Path, expected: &str) -> Result<(File, u64)> {
+    let meta = described(path)?;
+    if !meta.is_file() {
+        return Err(InputError::new(path, kind(meta.file_type()), expected).into());
+    }
+    File::open(path).map(|file| (file, meta.len())).map_err(|e| Error::io(path, "open", e))
+}
+
+/// Opens a file that is read once from its beginning to its end, which may be a pipe.
+///
+/// # Errors
+/// It cannot be opened, or is a folder or a device, which may have no end.
+pub(crate) fn stream(path: &Path, expected: &str) -> Result<File> {
+    let meta = described(path)?;
+    if !meta.is_file() && !is_pipe(meta.file_type()) {
+        return Err(InputError::new(path, kind(meta.file_type()), expected).into());
+    }
+    File::open(path).map_err(|e| Error::io(path, "open", e))
+}
+
+fn described(path: &Path) -> Result<Metadata> {
+    std::fs::metadata(path).map_err(|e| Error::io(path, "open", e))
+}
+
+fn kind(of: FileType) -> &'static str {
+    match of {
+        of if of.is_dir() => "a folder, not a file",
+        of if is_pipe(of) => "a pipe, not a file",
+        _ => "a device, not a file",
+    }
+}
+
+fn is_pipe(of: FileType) -> bool {
+    #[cfg(unix)]
+    return std::os::unix::fs::FileTypeExt::is_fifo(&of) || std::os::unix::fs::FileTypeExt::is_socket(&of);
+    #[cfg(not(unix))]
+    return !of.is_file() && !of.is_dir();
+}
