@@ -9,6 +9,7 @@ pub mod complex;
 pub(crate) mod confidence;
 mod decision;
 mod detected;
+mod footprint;
 mod hypotheses;
 pub mod labelling;
 mod ladder;
@@ -53,8 +54,9 @@ use surface::Labelled;
 pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
+    let site = &*footprint::without_slivers(site, &mut notes);
     let Attempt { mut measures, outline, result } =
-        ladder::descend(parameters, |parameters| attempt(site, parameters, field));
+        ladder::descend(parameters, |parameters| attempt(&footprint::parted(site), parameters, field));
     if let Some(why) = &measures.field_fallback {
         notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
     }
