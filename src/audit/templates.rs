@@ -88,7 +88,9 @@ impl<'a> Templates<'a> {
         let mut vertices = self.geometries.vertices.clone();
         let scale = if upright(&x, &y) && upright(&y, &z) && upright(&z, &x) {
             if determinant < 0.0 {
-                vertices.iter_mut().for_each(|vertex| vertex[0] = -vertex[0]);
+                for vertex in &mut vertices {
+                    vertex[0] = -vertex[0];
+                }
             }
             [x.norm(), y.norm(), z.norm()]
         } else {

@@ -33,5 +33,5 @@ fn met(a: &[Triangle], b: &[Triangle]) -> Option<Point3> {
 /// sixfold coordinates.
 fn within(a: &[Triangle], b: &[Triangle]) -> Option<Point3> {
     let fine: Vec<Triangle> = b.iter().map(|t| t.scaled(FINER)).collect();
-    a.iter().flat_map(|triangle| triangle.samples()).find(|&point| inside(&fine, point) == Some(true))
+    a.iter().flat_map(super::triangles::Triangle::samples).find(|&point| inside(&fine, point) == Some(true))
 }

@@ -54,7 +54,10 @@ fn starts<R: Read + Seek>(source: &mut R, layout: &Layout) -> Vec<u64> {
         }
         Some(compression) => {
             let chunks = compression.table(source, layout).unwrap_or_default();
-            spread(chunks.len() as u64).filter_map(|index| chunks.get(index as usize)).map(|chunk| chunk.start).collect()
+            spread(chunks.len() as u64)
+                .filter_map(|index| chunks.get(index as usize))
+                .map(|chunk| chunk.start)
+                .collect()
         }
     }
 }
