@@ -121,7 +121,7 @@ pub struct ScanOptions {
 
 impl ScanOptions {
     /// What networks are trained on: everything that goes wrong with airborne scans, in the amounts in which it does among
-    /// the building points of a cloud that is classified (`training/SCANS.md`).
+    /// the building points of a cloud that is classified.
     pub fn training() -> Self {
         Self {
             setup: SetupChoice::Mixed,

@@ -88,7 +88,7 @@ Output: probability of being inside and distance to the surface. Temperature {fi
 {table}
 ## Limits
 
-Trained on virtual scans of the buildings above: unseen kinds of buildings and sensors have to be measured.
+Trained on scans of the buildings above: unseen kinds of buildings and sensors have to be measured.
 Not meant for bridges or vegetation.
 """
 
