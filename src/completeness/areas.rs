@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-/// A cell of the plan: column and row, counted from the origin of the local frame.
-pub(super) type Cell = [i64; 2];
+use super::lattice::{Cell, centre};
+
 
 /// A connected area of the plan with one fault.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Area {
 /// What a judge finds. Areas stand with the largest first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Completeness {
-    /// Number of cells that were judged: inside the footprint, not too near its outline, with building points in them.
+    /// Number of cells that were judged: with top points inside the footprint and not too near its outline.
     pub judged: usize,
     /// Scanned and not modelled.
     pub missing: Vec<Area>,
@@ -48,7 +48,25 @@ pub(super) struct Fault {
     pub points: Vec<u32>,
 }
 
-/// Joins the faulty cells that touch, at a side or a corner, to areas of at least `smallest` m²; `side` is that of a cell.
+impl Fault {
+    /// A fault that points tell, each with its height and how far it is from the model.
+    pub(super) fn told_by(found: &[(u32, f64, f64)]) -> Self {
+        Self {
+            z: median(found.iter().map(|f| f.1)),
+            height: median(found.iter().map(|f| f.2)),
+            points: found.iter().map(|f| f.0).collect(),
+        }
+    }
+}
+
+/// The upper of the two middle values; 0 of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or_default()
+}
+
+/// Joins the faulty cells that share a side to areas of at least `smallest` m²; `side` is that of a cell.
 pub(super) fn join(mut faults: BTreeMap<Cell, Fault>, side: f64, smallest: f64) -> Vec<Area> {
     let mut areas = Vec::new();
     while let Some((first, fault)) = faults.pop_first() {
@@ -56,7 +74,7 @@ pub(super) fn join(mut faults: BTreeMap<Cell, Fault>, side: f64, smallest: f64) 
         let mut next = 0;
         while let Some(([column, row], _)) = found.get(next) {
             let (column, row) = (*column, *row);
-            for cell in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [column + dx, row + dy])) {
+            for cell in [[column - 1, row], [column + 1, row], [column, row - 1], [column, row + 1]] {
                 found.extend(faults.remove(&cell).map(|fault| (cell, fault)));
             }
             next += 1;
@@ -73,15 +91,12 @@ pub(super) fn join(mut faults: BTreeMap<Cell, Fault>, side: f64, smallest: f64) 
 fn area(mut found: Vec<(Cell, Fault)>, side: f64) -> Option<Area> {
     found.sort_by_key(|(cell, _)| *cell);
     let count = found.len() as f64;
-    let centre = |cell: &Cell| cell.map(|index| (index as f64 + 0.5) * side);
-    let mean = [0, 1].map(|axis| found.iter().map(|(cell, _)| centre(cell)[axis]).sum::<f64>() / count);
-    let off = |cell: &Cell| (0..2).map(|axis| (centre(cell)[axis] - mean[axis]).powi(2)).sum::<f64>();
+    let mean = [0, 1].map(|axis| found.iter().map(|(cell, _)| centre(*cell, side)[axis]).sum::<f64>() / count);
+    let off = |cell: &Cell| (0..2).map(|axis| (centre(*cell, side)[axis] - mean[axis]).powi(2)).sum::<f64>();
     let (midst, fault) = found.iter().min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)))?;
-    let [x, y] = centre(midst);
+    let [x, y] = centre(*midst, side);
     let place = Point3::new(x, y, fault.z);
-    let mut heights: Vec<f64> = found.iter().map(|(_, fault)| fault.height).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    let height = *heights.get(heights.len() / 2)?;
+    let height = median(found.iter().map(|(_, fault)| fault.height));
     let (cells, faults): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     let mut points: Vec<u32> = faults.into_iter().flat_map(|fault| fault.points).collect();
     points.sort_unstable();

@@ -13,7 +13,7 @@ pub struct Limits {
     #[schemars(range(min = 0.1))]
     #[serde(rename = "judge_cell")]
     pub cell: f64,
-    /// Cells whose centre is nearer to the outline of the footprint are not judged, metres.
+    /// What is nearer to the outline of the footprint is not judged: points there may be on walls, metres.
     #[schemars(range(min = 0.0))]
     #[serde(rename = "judge_margin")]
     pub margin: f64,
@@ -21,7 +21,7 @@ pub struct Limits {
     #[schemars(range(min = 0.0))]
     #[serde(rename = "judge_height")]
     pub height: f64,
-    /// Points this far below the highest of their cell are top points of it, metres.
+    /// A point with a building point more than this above it, and near in plan, is under a roof, metres.
     #[schemars(range(min = 0.0))]
     #[serde(rename = "judge_top")]
     pub top: f64,
@@ -33,10 +33,10 @@ pub struct Limits {
     #[schemars(range(min = 1))]
     #[serde(rename = "judge_fewest")]
     pub fewest: u32,
-    /// A ground point is under a roof when a building point above it is this near in plan, metres.
+    /// How near in plan a building point shelters what lies below it, metres.
     #[schemars(range(min = 0.0))]
-    #[serde(rename = "judge_ground_reach")]
-    pub ground_reach: f64,
+    #[serde(rename = "judge_roof_reach")]
+    pub roof_reach: f64,
     /// Smaller areas are left out, m².
     #[schemars(range(min = 0.0))]
     #[serde(rename = "judge_smallest")]
@@ -45,6 +45,6 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { cell: 1.0, margin: 0.6, height: 1.0, top: 1.0, reach: 1.2, fewest: 3, ground_reach: 0.7, smallest: 1.0 }
+        Self { cell: 1.0, margin: 0.6, height: 1.0, top: 1.0, reach: 1.2, fewest: 3, roof_reach: 0.7, smallest: 1.0 }
     }
 }

@@ -1,17 +1,17 @@
 //! Completeness without a reference: what was scanned and is not in the model, and what is in the model and was not
 //! scanned.
 //!
-//! The plan is cut into square cells. Those whose centre lies inside the footprint, and not so near its outline that
-//! wall points mislead, are judged by the points in and around them:
+//! The plan is cut into square cells. What lies inside the footprint, and not so near its outline that wall points
+//! mislead, is judged by the points in and around it:
 //!
-//! - **missing**: most of the top points of the cell lie above the model. Top points are those near the highest of the
-//!   cell: points on a wall below a roof edge say nothing of the roof.
+//! - **missing**: most of the top points of the cell lie above the model. Top points are those with no other building
+//!   point well above them and near in plan: points on a wall below a roof edge say nothing of the roof.
 //! - **excess**: the model lies above every building point around, of which there are some.
-//! - **roofed ground**: half of the ground points of the cell, or more, lie under the model with no building point above
-//!   them.
+//! - **roofed ground**: half of the ground points of the cell, or more, lie under the model with no building point well
+//!   above them and near in plan.
 //!
-//! Cells of one fault that touch make an [`Area`]. A [`Judge`] is made once per building and judges any number of models
-//! of it; its cost grows with the number of points. See [`Limits`] for what "near", "above" and "around" are.
+//! Cells of one fault that share a side make an [`Area`]. A [`Judge`] is made once per building and judges any number of
+//! models of it; its cost grows with the number of points. See [`Limits`] for what "near", "above" and "around" are.
 //!
 //! ```
 //! use gable::completeness::{Judge, Limits, Scan};
@@ -31,6 +31,7 @@
 
 mod areas;
 mod judge;
+mod lattice;
 mod limits;
 mod roofs;
 mod tally;

@@ -45,8 +45,8 @@ fn flat(height: f64) -> Cover {
 #[test]
 fn a_model_as_scanned_has_no_fault() {
     let found = judge(&scan(|_, _| Some(6.0)), &[], &flat(6.0));
-    // The outermost cells have their centre 0.5 m from the outline.
-    assert_eq!(found, Completeness { judged: 80, ..Completeness::default() });
+    // The outermost cells have points 0.75 m from the outline.
+    assert_eq!(found, Completeness { judged: 120, ..Completeness::default() });
     // What is less than 1 m off is none.
     assert_eq!(judge(&scan(|_, _| Some(6.999)), &[], &flat(6.0)).missing, []);
     assert_eq!(judge(&scan(|_, _| Some(5.001)), &[], &flat(6.0)).excess, []);
@@ -73,10 +73,14 @@ fn a_tower_that_the_model_lacks_is_missing_and_its_wall_is_not() {
 
 #[test]
 fn wall_points_below_a_roof_edge_are_not_roof() {
-    // The model has no part where the wall stands: its points outnumber those of the roof beside them in their cell.
-    let mut points = scan(|_, _| Some(6.0));
-    points.extend((0..40).map(|i| Point3::new(5.5, 5.5, 2.0 + 0.05 * f64::from(i))));
-    assert_eq!(judge(&points, &[], &flat(6.0)).missing, []);
+    // The building ends at x = 6, as in the model, and its wall was scanned well above the floor.
+    let mut points = scan(|x, _| (x < 6.0).then_some(6.0));
+    points.extend((0..40).map(|i| Point3::new(6.1, 2.25 + 0.15 * f64::from(i), 1.5 + 0.08 * f64::from(i))));
+    let model = roofs(&[([0.0, 0.0], [6.0, 10.0], 6.0)]);
+    assert_eq!(judge(&points, &[], &model).missing, []);
+    // The same points where no roof shelters them are roof.
+    let low: Vec<_> = points.into_iter().filter(|p| p.x > 6.0).collect();
+    assert!(judge(&low, &[], &model).missing.len() == 1);
 }
 
 #[test]
@@ -113,22 +117,22 @@ fn ground_under_the_model_with_nothing_above_is_roofed() {
 fn areas_apart_are_counted_apart_and_small_ones_left_out() {
     let is_high = |x: f64, y: f64| (2.0..4.0).contains(&x) && y >= 2.0 && y < 4.0 || (8.0..9.0).contains(&x) && y < 2.0;
     let points = scan(|x, y| Some(if is_high(x, y) { 9.0 } else { 6.0 }));
-    // Of the second, one cell lies too near the outline.
-    assert_eq!(areas(&judge(&points, &[], &flat(6.0)).missing), [4.0, 1.0]);
+
+    assert_eq!(areas(&judge(&points, &[], &flat(6.0)).missing), [4.0, 2.0]);
     let footprint = rectangle(WHOLE.0, WHOLE.1);
     let scan = Scan { footprint: Some(&footprint), floor: 0.0, points: &points, ground_points: &[] };
-    let limits = Limits { smallest: 2.0, ..Limits::default() };
+    let limits = Limits { smallest: 3.0, ..Limits::default() };
     assert_eq!(areas(&Judge::new(&scan, &limits).judge(&flat(6.0)).missing), [4.0]);
-    // Cells of half a metre see more of the second, and the same of the first.
-    let limits = Limits { cell: 0.5, margin: 0.2, ..limits };
-    assert_eq!(areas(&Judge::new(&scan, &limits).judge(&flat(6.0)).missing), [4.0, 2.0]);
+    // Smaller cells follow the margin more closely: of the second, a row of cells lies in it.
+    let limits = Limits { cell: 0.5, ..Limits::default() };
+    assert_eq!(areas(&Judge::new(&scan, &limits).judge(&flat(6.0)).missing), [4.0, 1.5]);
 }
 
 #[test]
 fn where_there_is_no_model_it_stands_at_the_floor() {
     let points = scan(|x, _| (x < 6.0).then_some(4.0));
     let nothing = Cover::new([]);
-    assert_eq!(areas(&judge(&points, &[], &nothing).missing), [40.0]);
+    assert_eq!(areas(&judge(&points, &[], &nothing).missing), [60.0]);
     let footprint = rectangle(WHOLE.0, WHOLE.1);
     let scan = Scan { footprint: Some(&footprint), floor: 3.5, points: &points, ground_points: &[] };
     assert_eq!(Judge::new(&scan, &Limits::default()).judge(&nothing).missing, []);
@@ -159,4 +163,14 @@ fn the_tops_of_a_solid_are_the_faces_that_look_up() {
     let tops = tops([&solid]);
     assert_eq!(tops.heights(0.5, 0.5).collect::<Vec<_>>(), [0.5]);
     assert_eq!((tops.highest(1.5, 1.0), tops.highest(2.5, 1.0)), (Some(1.5), None));
+}
+
+#[test]
+fn cells_that_meet_at_a_corner_only_are_apart() {
+    let is_high = |x: f64, y: f64| {
+        let within = |low: f64, v: f64| (low..low + 2.0).contains(&v);
+        within(2.0, x) && within(2.0, y) || within(4.0, x) && within(4.0, y)
+    };
+    let points = scan(|x, y| Some(if is_high(x, y) { 9.0 } else { 6.0 }));
+    assert_eq!(areas(&judge(&points, &[], &flat(6.0)).missing), [4.0, 4.0]);
 }

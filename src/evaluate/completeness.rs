@@ -182,10 +182,10 @@ mod tests {
         let tower = a.areas[0];
         assert_eq!((tower.fault, tower.area, tower.height), (Fault::Missing, 6.0, 3.0));
         assert_eq!(tower.place, [1005.5, 2003.5, 9.0]);
-        // Excess: four columns of eight cells, and a fifth that still sees them; ground: all but the outermost cells.
-        assert_eq!((b.extents.excess.area, b.extents.roofed_ground.area), (40.0, 32.0));
+        // Excess: four columns of eight cells, and a fifth that still sees them; ground: every cell has some in the midst.
+        assert_eq!((b.extents.excess.area, b.extents.roofed_ground.area), (40.0, 50.0));
         assert_eq!((counts.buildings, counts.missing.from_4, counts.missing.from_10), (2, 1, 0));
-        assert_eq!((counts.excess.from_25, counts.roofed_ground.area), (1, 32.0));
+        assert_eq!((counts.excess.from_25, counts.roofed_ground.area), (1, 50.0));
     }
 
     #[test]

@@ -50,7 +50,7 @@ impl Tunable for Parameters {
         ("judge_top", [0.0, 100.0]),
         ("judge_reach", [0.0, 10.0]),
         ("judge_fewest", [1.0, 1000.0]),
-        ("judge_ground_reach", [0.0, 10.0]),
+        ("judge_roof_reach", [0.0, 10.0]),
         ("judge_smallest", [0.0, 10_000.0]),
     ];
 }

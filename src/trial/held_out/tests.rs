@@ -70,7 +70,7 @@ fn fields_are_judged_by_what_they_have_not_seen() {
 
 #[test]
 fn without_a_model_all_is_missing() {
-    // Too high above its ground to be believed is not what this is: points too few for a plane after thinning.
+    // Thinned to hardly any points.
     let trial = HeldOutTrial {
         contenders: vec![Contender { name: "vote".to_owned(), field: Some(Arc::new(HeightField)) }],
         holding: holding(Some(0.01)),
@@ -79,7 +79,7 @@ fn without_a_model_all_is_missing() {
     let found = trial.run(&[house("a", 6.0)], &|| ());
     let building = &found[0].buildings[0];
     assert!(building.failure.is_some() && building.faces.is_none());
-    assert_eq!(building.extents.missing, Extent { area: 80.0, largest: 80.0 });
+    assert!(building.extents.missing.largest > 110.0, "of 120 m²: {:?}", building.extents);
 }
 
 #[test]
