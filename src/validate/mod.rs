@@ -3,7 +3,7 @@
 //!
 //! - [`ring`]: 101, 102, 104 — each closed line of vertices by itself;
 //! - [`polygon`]: 201 to 208 — the rings of a face together;
-//! - [`shell`]: 301 to 307 — the faces together;
+//! - [`shell`] and its contacts: 301 to 307 — the faces together;
 //! - [`solid`]: 401 to 405 — the shells of a solid together;
 //! - [`composite`]: 501 to 503 and 601 — solids together;
 //! - [`semantics`]: 801 to 805 — whether the labels of the faces say what the faces are. These codes are gable's own, as
@@ -20,6 +20,7 @@
 
 pub mod codes;
 pub mod composite;
+mod contacts;
 mod overlap;
 pub mod polygon;
 mod predicates;
@@ -168,7 +169,7 @@ pub fn visit(faces: &Solid, claim: Claim, tolerances: &Tolerances, visitor: &mut
     let closed = topology.is_empty();
     topology.into_iter().try_for_each(&mut *visitor)?;
     if sound {
-        shell::check_contacts(faces).into_iter().try_for_each(&mut *visitor)?;
+        contacts::check(faces).into_iter().try_for_each(&mut *visitor)?;
     }
     match claim {
         Claim::Exterior | Claim::Void if closed => {

@@ -82,6 +82,11 @@ pub(super) fn on_segment(a: Point2, b: Point2, p: Point2) -> bool {
     orient2(a, b, p) == 0 && between(a, b, p)
 }
 
+/// Whether `p` is on the closed segment in space.
+pub(super) fn on_segment3(a: Point3, b: Point3, p: Point3) -> bool {
+    (0..3).all(|i| p[i] >= a[i].min(b[i]) && p[i] <= a[i].max(b[i])) && cross(subtract(b, a), subtract(p, a)) == [0; 3]
+}
+
 /// How two segments meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meeting {

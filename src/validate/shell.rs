@@ -1,12 +1,8 @@
-//! The faces together: codes 301 to 307.
+//! The faces together as a set of edges: codes 301, 302, 303, 305 and 307.
 
 use std::collections::BTreeMap;
 
-use rstar::{RTree, RTreeObject};
-
 use super::predicates::edges;
-use super::triangles::{Triangle, intersect};
-use super::triangulation::triangulate;
 use super::{Fault, Place};
 use crate::solid::Solid;
 
@@ -119,86 +115,6 @@ fn components(solid: &Solid, halves: &[Half]) -> usize {
         somewhere[half.face as usize] = true;
     }
     (0..set.len()).filter(|&i| set[i] == i && somewhere[i]).count()
-}
-
-/// The faults of a shell of sound polygons as a point set: 303 where more than one fan of faces meets at a vertex, 306
-/// where faces meet elsewhere than in the vertices and edges that they share. Both exact, on triangles of the faces; at
-/// most one 306 per pair of faces.
-pub fn check_contacts(solid: &Solid) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    let mut triangles: Vec<Triangle> = Vec::new();
-    for (face, f) in solid.faces.iter().enumerate() {
-        let face = face as u32;
-        match triangulate(solid, f) {
-            Some(found) => triangles.extend(found.into_iter().map(|t| Triangle::new(solid, face, t))),
-            None => faults.push(Fault::new(306, Place::Face(face), "the face cannot be triangulated")),
-        }
-    }
-    if faults.is_empty() {
-        fans(solid, &triangles, &mut faults);
-    }
-    let mut pairs = if triangles.len() > SWEPT { by_tree(triangles) } else { by_sweep(triangles) };
-    pairs.sort_unstable();
-    pairs.dedup();
-    let message = |b: u32| format!("the face intersects face {b}");
-    faults.extend(pairs.into_iter().map(|(a, b)| Fault::new(306, Place::Face(a), message(b))));
-    faults
-}
-
-/// Up to so many triangles a sweep along x is faster than a tree of boxes; the result is the same.
-const SWEPT: usize = 256;
-
-/// The pairs of faces that intersect, lower index first, by a sweep along x.
-fn by_sweep(mut triangles: Vec<Triangle>) -> Vec<(u32, u32)> {
-    triangles.sort_by_key(|t| (t.min[0], t.face));
-    let mut pairs = Vec::new();
-    for (i, a) in triangles.iter().enumerate() {
-        for b in triangles[i + 1..].iter().take_while(|b| b.min[0] <= a.max[0]) {
-            if a.face != b.face && a.boxes_meet(b) && intersect(a, b) {
-                pairs.push((a.face.min(b.face), a.face.max(b.face)));
-            }
-        }
-    }
-    pairs
-}
-
-/// The same by a tree of bounding boxes.
-fn by_tree(triangles: Vec<Triangle>) -> Vec<(u32, u32)> {
-    let tree = RTree::bulk_load(triangles);
-    let meeting = |a: &Triangle| {
-        let found = tree.locate_in_envelope_intersecting(&RTreeObject::envelope(a));
-        found.filter(|b| a.face < b.face && intersect(a, b)).map(|b| (a.face, b.face)).collect::<Vec<_>>()
-    };
-    tree.iter().flat_map(meeting).collect()
-}
-
-/// The triangles at a vertex must hang together by the edges at the vertex.
-fn fans(solid: &Solid, triangles: &[Triangle], faults: &mut Vec<Fault>) {
-    // At each vertex, the other ends of the edges, each with its triangle.
-    let mut spokes: Vec<([i64; 3], [i64; 3], usize)> = Vec::with_capacity(6 * triangles.len());
-    for (i, triangle) in triangles.iter().enumerate() {
-        for (a, b) in edges(&triangle.corners) {
-            spokes.extend([(a, b, i), (b, a, i)]);
-        }
-    }
-    spokes.sort_unstable();
-    let mut set: Vec<usize> = (0..triangles.len()).collect();
-    for at_vertex in spokes.chunk_by(|a, b| a.0 == b.0) {
-        for &(.., i) in at_vertex {
-            set[i] = i;
-        }
-        for pair in at_vertex.windows(2).filter(|pair| pair[0].1 == pair[1].1) {
-            let (a, b) = (root(&set, pair[0].2), root(&set, pair[1].2));
-            set[a.max(b)] = a.min(b);
-        }
-        // Each triangle has two spokes at the vertex.
-        let fans = at_vertex.iter().filter(|&&(.., i)| set[i] == i).count() / 2;
-        if fans > 1 {
-            let vertex = solid.vertices.iter().position(|v| *v == at_vertex[0].0).unwrap_or(0);
-            let message = format!("{fans} separate fans of faces meet at the vertex");
-            faults.push(Fault::new(303, Place::Vertex(vertex as u32), message));
-        }
-    }
 }
 
 fn root(set: &[usize], mut i: usize) -> usize {

@@ -11,6 +11,8 @@ use crate::solid::Solid;
 pub(super) struct Triangle {
     pub(super) face: u32,
     pub(super) corners: [Point3; 3],
+    /// Whether the side from each corner to the next is an edge of the face, and not a diagonal of it.
+    is_edge: [bool; 3],
     /// Smallest and largest coordinates.
     pub(super) min: Point3,
     pub(super) max: Point3,
@@ -30,7 +32,7 @@ impl Triangle {
         let fold = |pick: fn(i64, i64) -> i64| -> Point3 {
             std::array::from_fn(|axis| corners.iter().map(|c| c[axis]).fold(corners[0][axis], pick))
         };
-        Self { face, corners, min: fold(i64::min), max: fold(i64::max) }
+        Self { face, corners, is_edge: [true; 3], min: fold(i64::min), max: fold(i64::max) }
     }
 
     /// Whether the bounding boxes have a point in common.
@@ -44,10 +46,29 @@ impl Triangle {
         Some([self.corners[(at + 1) % 3], self.corners[(at + 2) % 3]])
     }
 
+    /// Says whether the side with these ends is an edge of the face; sides are taken for edges until something else is said.
+    pub(super) fn mark(&mut self, ends: [Point3; 2], is_edge: bool) {
+        if let Some(side) = self.side(ends) {
+            self.is_edge[side] = is_edge;
+        }
+    }
+
+    /// Whether the side with these ends is an edge of the face.
+    pub(super) fn is_edge(&self, ends: [Point3; 2]) -> bool {
+        self.side(ends).is_some_and(|side| self.is_edge[side])
+    }
+
+    fn side(&self, [p, q]: [Point3; 2]) -> Option<usize> {
+        (0..3).find(|&k| {
+            let [a, b] = [self.corners[k], self.corners[(k + 1) % 3]];
+            (a == p && b == q) || (a == q && b == p)
+        })
+    }
+
     /// The same in coordinates `by` times as fine.
     pub(super) fn scaled(&self, by: i64) -> Self {
         let scale = |p: Point3| p.map(|c| c * by);
-        Self { face: self.face, corners: self.corners.map(scale), min: scale(self.min), max: scale(self.max) }
+        Self { corners: self.corners.map(scale), min: scale(self.min), max: scale(self.max), ..*self }
     }
 
     /// Whether a point is on the closed triangle.
@@ -104,7 +125,8 @@ pub(super) fn share_area(a: &Triangle, b: &Triangle) -> bool {
     !parted(a, b) && !parted(b, a)
 }
 
-/// Whether two triangles have points in common other than corners or the side that they share.
+/// Whether two triangles of different faces have points in common other than corners, or a side that is an edge of both
+/// faces.
 pub(super) fn intersect(a: &Triangle, b: &Triangle) -> bool {
     if a.separates(b) || b.separates(a) {
         return false;
@@ -114,7 +136,7 @@ pub(super) fn intersect(a: &Triangle, b: &Triangle) -> bool {
         [] => a.sides().iter().any(|&s| meets(s, b)) || b.sides().iter().any(|&s| meets(s, a)),
         // What they share beyond the corner begins there and ends on a side opposite to it.
         [corner] => a.opposite(corner).is_some_and(|s| meets(s, b)) || b.opposite(corner).is_some_and(|s| meets(s, a)),
-        [p, q] => folded(a, b, [p, q]),
+        [p, q] => !a.is_edge([p, q]) || !b.is_edge([p, q]) || folded(a, b, [p, q]),
         _ => true,
     }
 }

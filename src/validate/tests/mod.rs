@@ -1,6 +1,7 @@
 //! Crafted solids and their codes: what is common to them, and the rules that go across.
 
 mod mutations;
+mod prisms;
 mod rings;
 mod shells;
 mod solids;
