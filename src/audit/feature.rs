@@ -6,6 +6,7 @@ use super::Options;
 use super::attributes;
 use super::grid::{Grid, Shell, UNLABELLED, Weld};
 use super::report::{Feature, Finding};
+use super::templates::Templates;
 use crate::solid::{Face, Solid, SurfaceType};
 use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind};
 use crate::validate::semantics::{self, Label};
@@ -23,21 +24,37 @@ pub(super) struct Primitive<'a> {
 }
 
 /// Checks a top-level object with its children.
-pub(super) fn check(model: &CityModel, grid: &Grid, group: &[&CityObject], options: &Options) -> Feature {
+pub(super) fn check(
+    model: &CityModel,
+    grid: &Grid,
+    templates: &Templates,
+    group: &[&CityObject],
+    options: &Options,
+) -> Feature {
     let indices = group.iter().flat_map(|object| &object.geometries).flat_map(|geometry| &geometry.shells);
     let first = indices.flat_map(|shell| &shell.faces).flat_map(|face| &face.rings).flatten().next();
     let first = first.and_then(|&vertex| model.vertices.get(vertex as usize)).copied().unwrap_or_default();
     let grid = grid.starting_at(first);
     let (mut errors, mut semantic_errors, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
+    let mut instances = Vec::new();
     for object in group {
         for (geometry, g) in object.geometries.iter().zip(0..) {
-            if let GeometryKind::Other(_) = geometry.kind {
+            let id = format!("coid={}|geom={g}", object.id);
+            if let GeometryKind::Other(kind) = &geometry.kind {
+                if kind == "GeometryInstance" {
+                    let checked = templates.check(geometry, options);
+                    let in_place = |fault: &Finding| Finding { id: format!("{id}{}", fault.id), ..fault.clone() };
+                    errors.extend(checked.faults.iter().map(in_place));
+                    instances.push((checked.kind, checked.faults.is_empty()));
+                }
                 continue;
             }
             let before = errors.len();
-            let id = format!("coid={}|geom={g}", object.id);
             let solids =
                 geometry_faults(model, &grid, (object, geometry), &id, options, [&mut errors, &mut semantic_errors]);
+            if options.first_level {
+                keep_first_level(&mut errors, before);
+            }
             let valid = errors.len() == before;
             primitives.push(Primitive { object, geometry, id, solids, valid });
         }
@@ -51,11 +68,20 @@ pub(super) fn check(model: &CityModel, grid: &Grid, group: &[&CityObject], optio
         validity: errors.is_empty(),
         errors,
         semantic_errors,
-        primitives: primitives.iter().map(|p| (name(&p.geometry.kind), p.valid)).collect(),
+        primitives: primitives.iter().map(|p| (name(&p.geometry.kind), p.valid)).chain(instances).collect(),
     }
 }
 
-fn name(kind: &GeometryKind) -> &'static str {
+/// Of the findings from `start` on, those of the lowest level. What cannot be read (9xx) belongs to none and stays.
+fn keep_first_level(findings: &mut Vec<Finding>, start: usize) {
+    let level = |finding: &Finding| finding.code / 100;
+    let Some(first) = findings[start..].iter().map(level).min() else { return };
+    let mut of_geometry = findings.split_off(start);
+    of_geometry.retain(|finding| level(finding) == first || level(finding) == 9);
+    findings.append(&mut of_geometry);
+}
+
+pub(super) fn name(kind: &GeometryKind) -> &'static str {
     match kind {
         GeometryKind::MultiSurface => "MultiSurface",
         GeometryKind::CompositeSurface => "CompositeSurface",
@@ -67,7 +93,7 @@ fn name(kind: &GeometryKind) -> &'static str {
 }
 
 /// Checks a geometry on all its levels and returns it on the grid; empty if that is not possible.
-fn geometry_faults(
+pub(super) fn geometry_faults(
     model: &CityModel,
     grid: &Grid,
     (object, geometry): (&CityObject, &Geometry),
@@ -91,6 +117,10 @@ fn geometry_faults(
         let before = errors.len();
         for (n, shell) in of_solid.iter().enumerate() {
             let place = format!("{place}|shell={n}");
+            if shell.faces.is_empty() {
+                errors.push(Finding::new(902, place, "a shell without faces"));
+                continue;
+            }
             let shell = match grid.shell(model, &shell.faces, &mut weld) {
                 Ok(shell) => shell,
                 Err(reason) => {

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::solid::{Face, Solid};
 use crate::source::cityjson::{self, CityModel, Transform};
+use crate::validate::snap::Snap;
 
 /// How far from the origin of its feature a vertex may lie, in steps: 6 800 km at 0.1 mm, 68 km at 1 µm. Beyond, the exact
 /// predicates would overflow.
@@ -30,12 +31,16 @@ pub(super) struct Grid {
 
 impl Grid {
     pub fn of(model: &CityModel, metres_per_unit: [f64; 3]) -> Self {
-        let transform = model.transform.unwrap_or_else(|| {
-            let scale = 10f64.powi(-decimals(&model.vertices));
-            Transform { scale: [scale; 3], translate: [0.0; 3] }
-        });
+        let Some(transform) = model.transform else { return Self::of_real(&model.vertices, metres_per_unit) };
         let step = std::array::from_fn(|i| transform.scale[i] * metres_per_unit[i]);
-        Self { transform, given: model.transform.is_some(), step, origin: [0; 3] }
+        Self { transform, given: true, step, origin: [0; 3] }
+    }
+
+    /// The grid of vertices with real coordinates, in units of this many metres along each axis.
+    pub fn of_real(vertices: &[[f64; 3]], metres_per_unit: [f64; 3]) -> Self {
+        let scale = 10f64.powi(-decimals(vertices));
+        let transform = Transform { scale: [scale; 3], translate: [0.0; 3] };
+        Self { transform, given: false, step: metres_per_unit.map(|metres| metres * scale), origin: [0; 3] }
     }
 
     /// The same grid with its origin at a vertex.
@@ -58,21 +63,24 @@ impl Grid {
         self.step[2] / self.transform.scale[2]
     }
 
-    /// The numbers in the file that a vertex was made from; `None` where they were not whole.
-    fn number(&self, vertex: [f64; 3]) -> Option<[i64; 3]> {
+    /// The numbers in the file that a vertex was made from, or why there are none.
+    fn number(&self, vertex: [f64; 3]) -> Result<[i64; 3], &'static str> {
         let Transform { scale, translate } = self.transform;
         let near: [f64; 3] = std::array::from_fn(|i| ((vertex[i] - translate[i]) / scale[i]).round());
         if near.iter().any(|n| n.is_nan() || n.abs() > 2f64.powi(52)) {
-            return None;
+            return Err(
+                "is more than 2^52 grid steps from the origin of the file, where not every whole number is told apart",
+            );
         }
         let mut number = near;
         if self.given {
             for i in 0..3 {
                 let is_it = |n: &f64| *n * scale[i] + translate[i] == vertex[i];
-                number[i] = [near[i], near[i] - 1.0, near[i] + 1.0].into_iter().find(is_it)?;
+                let whole = [near[i], near[i] - 1.0, near[i] + 1.0].into_iter().find(is_it);
+                number[i] = whole.ok_or("is not on the grid: the numbers of a file with a transform are whole")?;
             }
         }
-        Some(number.map(|n| n as i64))
+        Ok(number.map(|n| n as i64))
     }
 
     /// A shell on the grid: its faces are those of the file in the same order, and their `surface` is the index of the
@@ -107,9 +115,7 @@ impl Grid {
 
     fn place(&self, model: &CityModel, vertex: u32) -> Result<[i64; 3], String> {
         let real = model.vertices.get(vertex as usize).copied().ok_or("a vertex that does not exist")?;
-        let number = self.number(real).ok_or_else(|| {
-            format!("vertex {vertex} is not on the grid: the numbers of a file with a transform are whole")
-        })?;
+        let number = self.number(real).map_err(|reason| format!("vertex {vertex} {reason}"))?;
         let place: [i64; 3] = std::array::from_fn(|i| number[i] - self.origin[i]);
         if place.iter().any(|c| c.abs() > FAR) {
             return Err(format!("vertex {vertex} is more than {FAR} grid steps away from others of its feature"));
@@ -132,44 +138,51 @@ pub(super) struct Shell {
     pub names: Vec<u32>,
 }
 
-/// Draws vertices that are nearer to each other than the snap tolerance together, as val3dity does: each goes where the
-/// first one near it is.
+/// Draws vertices that are no farther from each other than the snap tolerance together, as val3dity does: each goes where
+/// the first one near it is.
 #[derive(Debug)]
 pub(super) struct Weld {
-    step: [f64; 3],
-    snap: f64,
-    /// Where vertices were drawn to, by cells of the size of the tolerance. Only looked up, never walked through.
+    snap: Snap,
+    /// Size of a cell in steps: much wider than the tolerance, so that few vertices have to look into a second one.
+    cell: [i64; 3],
+    /// Where vertices were drawn to, by cells. Only looked up, never walked through.
     cells: HashMap<[i64; 3], Vec<[i64; 3]>>,
 }
 
 impl Weld {
     pub fn new(step: [f64; 3], snap: f64) -> Self {
-        Self { step, snap, cells: HashMap::new() }
+        let snap = Snap::new(step, snap);
+        Self { snap, cell: snap.reach().map(|reach| 16 * reach.max(1)), cells: HashMap::new() }
     }
 
     fn place(&mut self, vertex: [i64; 3]) -> [i64; 3] {
+        let reach = self.snap.reach();
         // Neighbours on the grid are no nearer than a step.
-        if self.step.iter().all(|step| *step >= self.snap) {
+        if reach == [0; 3] {
             return vertex;
         }
-        let metres = |v: [i64; 3]| -> [f64; 3] { std::array::from_fn(|i| v[i] as f64 * self.step[i]) };
-        let at = metres(vertex);
-        let cell: [i64; 3] = std::array::from_fn(|i| (at[i] / self.snap).floor() as i64);
-        let mut found = None;
-        for shift in 0..27 {
-            let near = [cell[0] + shift % 3 - 1, cell[1] + shift / 3 % 3 - 1, cell[2] + shift / 9 - 1];
-            for &other in self.cells.get(&near).into_iter().flatten() {
-                let there = metres(other);
-                let distance: f64 = (0..3).map(|i| (there[i] - at[i]).powi(2)).sum::<f64>().sqrt();
-                if distance < self.snap && found.is_none_or(|(d, f)| (distance, other) < (d, f)) {
-                    found = Some((distance, other));
+        let cell = |shift: i64| -> [i64; 3] {
+            std::array::from_fn(|i| (vertex[i] + shift * reach[i]).div_euclid(self.cell[i]))
+        };
+        let (low, high) = (cell(-1), cell(1));
+        let mut found: Option<(f64, [i64; 3])> = None;
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    for &other in self.cells.get(&[x, y, z]).into_iter().flatten() {
+                        let joined = self.snap.joins(vertex, other).map(|distance| (distance, other));
+                        found = match (found, joined) {
+                            (Some(known), Some(new)) if known <= new => Some(known),
+                            (known, new) => new.or(known),
+                        };
+                    }
                 }
             }
         }
         if let Some((_, other)) = found {
             return other;
         }
-        self.cells.entry(cell).or_default().push(vertex);
+        self.cells.entry(cell(0)).or_default().push(vertex);
         vertex
     }
 }

@@ -16,6 +16,7 @@ mod attributes;
 mod feature;
 mod grid;
 mod report;
+mod templates;
 #[cfg(test)]
 mod tests;
 
@@ -29,6 +30,7 @@ use crate::source::crs::Crs;
 use crate::validate::Tolerances;
 use grid::Grid;
 pub use report::{Feature, Finding, Overview, Parameters, Report};
+use templates::Templates;
 
 /// How a file is checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,13 +39,15 @@ pub struct Options {
     pub tolerances: Tolerances,
     /// How far solids and building parts may overlap, metres.
     pub overlap: f64,
+    /// Of each geometry only the faults of the lowest level (rings, polygons, shells, …) that has any, as val3dity does.
+    pub first_level: bool,
 }
 
 impl Default for Options {
     /// The default tolerances; an overlap of 1 mm, that of the snap tolerance, is no overlap.
     fn default() -> Self {
         let tolerances = Tolerances::default();
-        Self { tolerances, overlap: tolerances.snap }
+        Self { tolerances, overlap: tolerances.snap, first_level: false }
     }
 }
 
@@ -66,27 +70,18 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
             .into());
     }
     let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
-    let mut report = Report {
-        kind: "val3dity_report",
-        gable_version: env!("CARGO_PKG_VERSION"),
-        input_file: path.display().to_string(),
-        input_file_type: format!("CityJSON {}", pieces.head().version),
-        crs: crs.map(|crs| crs.to_string()),
-        grid_step: None,
-        parameters: Parameters {
-            snap_tol: options.tolerances.snap,
-            planarity_d2p_tol: options.tolerances.planarity,
-            planarity_n_tol: options.tolerances.normals,
-            overlap_tol: options.overlap,
-        },
-        validity: true,
-        all_errors: [].into(),
-        all_semantic_errors: [].into(),
-        dataset_errors: Vec::new(),
-        features_overview: Vec::new(),
-        primitives_overview: Vec::new(),
-        features: Vec::new(),
-    };
+    let version = pieces.head().version.clone();
+    let mut report = Report::open(path, options);
+    report.input_file_type = format!("CityJSON {version}");
+    report.crs = crs.map(|crs| crs.to_string());
+    if pieces.head().transform.is_none() && !version.starts_with("1.0") {
+        let message = format!(
+            "the file has no \"transform\", which CityJSON {version} requires; its numbers were taken as they are"
+        );
+        report.dataset_errors.push(Finding::new(901, "", message));
+    }
+    let head = pieces.head().clone();
+    let templates = Templates::of(&head, metres_per_unit);
     let mut told = 0;
     loop {
         let mut batch = Vec::new();
@@ -103,15 +98,22 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
         }
         let grids: Vec<Grid> = batch.iter().map(|model| Grid::of(model, metres_per_unit)).collect();
         report.grid_step = report.grid_step.or_else(|| grids.first().map(|grid| grid.step));
-        report.features.extend(check(&batch, &grids, options));
+        report.features.extend(check(&batch, &grids, &templates, options));
         progress(report.features.len(), read - told);
         told = read;
     }
     Ok(report.close())
 }
 
+/// The report on a file that [`audit`] refuses: invalid, with the reason as its fault (901).
+pub fn refusal(path: &Path, options: &Options, reason: &Error) -> Report {
+    let mut report = Report::open(path, options);
+    report.dataset_errors.push(Finding::new(901, "", reason.to_string()));
+    report.close()
+}
+
 /// The features of some models, in their order.
-fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature> {
+fn check(models: &[CityModel], grids: &[Grid], templates: &Templates, options: &Options) -> Vec<Feature> {
     let groups: Vec<_> = models
         .iter()
         .zip(grids)
@@ -120,5 +122,5 @@ fn check(models: &[CityModel], grids: &[Grid], options: &Options) -> Vec<Feature
             (model, grid, group.into_iter().filter_map(|i| model.objects.get(i)).collect::<Vec<_>>())
         })
         .collect();
-    groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, &group, options)).collect()
+    groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, templates, &group, options)).collect()
 }

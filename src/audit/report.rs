@@ -1,9 +1,11 @@
 //! The findings on a file, in the shape of val3dity's report.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use serde::Serialize;
 
+use super::Options;
 use crate::validate::codes;
 
 /// A fault in a file.
@@ -61,7 +63,7 @@ pub struct Overview {
 /// The tolerances that were used, under val3dity's names.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parameters {
-    /// Vertices nearer than this are one, metres.
+    /// Vertices no farther apart than this are one, metres.
     pub snap_tol: f64,
     /// How far a vertex may be off the plane of its face, metres.
     pub planarity_d2p_tol: f64,
@@ -81,7 +83,7 @@ pub struct Report {
     pub gable_version: &'static str,
     /// The file, as it was given.
     pub input_file: String,
-    /// `CityJSON` or `CityJSONSeq`, and its version.
+    /// `CityJSON` and its version; `unknown` for a file that was refused.
     pub input_file_type: String,
     /// The CRS, when the file names one that is understood; else lengths are taken for metres.
     pub crs: Option<String>,
@@ -95,7 +97,7 @@ pub struct Report {
     pub all_errors: BTreeSet<u16>,
     /// The codes of all semantic faults, in order.
     pub all_semantic_errors: BTreeSet<u16>,
-    /// Features that could not be read.
+    /// What is wrong with the file as a whole, and features that could not be read.
     pub dataset_errors: Vec<Finding>,
     /// The features by type.
     pub features_overview: Vec<Overview>,
@@ -106,6 +108,31 @@ pub struct Report {
 }
 
 impl Report {
+    /// A report on a file of which nothing is known yet.
+    pub(super) fn open(path: &Path, options: &Options) -> Self {
+        Self {
+            kind: "val3dity_report",
+            gable_version: env!("CARGO_PKG_VERSION"),
+            input_file: path.display().to_string(),
+            input_file_type: "unknown".to_owned(),
+            crs: None,
+            grid_step: None,
+            parameters: Parameters {
+                snap_tol: options.tolerances.snap,
+                planarity_d2p_tol: options.tolerances.planarity,
+                planarity_n_tol: options.tolerances.normals,
+                overlap_tol: options.overlap,
+            },
+            validity: true,
+            all_errors: [].into(),
+            all_semantic_errors: [].into(),
+            dataset_errors: Vec::new(),
+            features_overview: Vec::new(),
+            primitives_overview: Vec::new(),
+            features: Vec::new(),
+        }
+    }
+
     /// Counts and closes.
     pub(super) fn close(mut self) -> Self {
         let mut kinds = BTreeMap::new();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::Outcome;
 use super::output::{print, say, table, thousands};
 use super::reading::{ReadingProgress, file_size};
-use crate::audit::{Finding, Options, Report, audit};
+use crate::audit::{Finding, Options, Report, audit, refusal};
 use crate::error::{InputError, Result};
 use crate::sink::write_json;
 use crate::validate::{Tolerances, codes};
@@ -20,8 +20,8 @@ Examples:
     gable validate city.city.json
   Every fault with its place, and a report in the shape of val3dity's:
     gable validate city.city.jsonl --list --json report.json
-  As lenient as val3dity is by default:
-    gable validate city.city.json --planarity 0.01
+  By the rules of val3dity:
+    gable validate city.city.json --planarity 0.01 --no-rounding --overlap 0 --first-level
 
 Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
 make a file invalid unless --strict is given.
@@ -34,12 +34,13 @@ Exit codes:
 /// What `gable validate` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     /// CityJSON (1.0 to 2.0) or CityJSONSeq files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 
-    /// Vertices nearer than this are one, metres; 0 leaves all as they are
+    /// Vertices no farther apart than this are one, metres; 0 leaves all as they are
     #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().snap)]
     snap: f64,
 
@@ -47,13 +48,21 @@ pub struct Args {
     #[arg(long, value_name = "METRES", default_value_t = Tolerances::default().planarity)]
     planarity: f64,
 
-    /// How far a part of a face may turn from its plane, degrees
+    /// How far a part of a face may turn from its plane, degrees; what the rounding to the file's grid can turn is added
     #[arg(long, value_name = "DEGREES", default_value_t = Tolerances::default().normals)]
     normals: f64,
 
-    /// How far the parts of a building, and solids that form one, may overlap, metres
+    /// Count also what the rounding to the file's grid explains of such a turn, as val3dity does
+    #[arg(long)]
+    no_rounding: bool,
+
+    /// How far the parts of a building, and solids that form one, may overlap, metres; nothing is added, and 0 is exact
     #[arg(long, value_name = "METRES", default_value_t = Options::default().overlap)]
     overlap: f64,
+
+    /// Of each geometry show only the first level that fails (rings, polygons, shells, …), as val3dity does
+    #[arg(long)]
+    first_level: bool,
 
     /// Faults of labels and attributes make a file invalid too
     #[arg(long)]
@@ -75,6 +84,7 @@ pub struct Args {
 pub fn main(args: &Args) -> Outcome {
     let options = options(args)?;
     let mut reports = Vec::new();
+    let mut refused = false;
     for path in &args.files {
         let mut progress = ReadingProgress::new("validate", file_size(path));
         let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
@@ -84,7 +94,11 @@ pub fn main(args: &Args) -> Outcome {
                 print(&text(&report, args.list))?;
                 reports.push(report);
             }
-            Err(error) => say(&format!("error: {error}")),
+            Err(error) => {
+                say(&format!("error: {error}"));
+                reports.push(refusal(path, &options, &error));
+                refused = true;
+            }
         }
     }
     if let Some(path) = &args.json {
@@ -94,7 +108,7 @@ pub fn main(args: &Args) -> Outcome {
             several => write_json(path, &several)?,
         }
     }
-    if reports.len() < args.files.len() {
+    if refused {
         return Ok(super::FAILURE);
     }
     let invalid = |report: &Report| !report.validity || (args.strict && !report.all_semantic_errors.is_empty());
@@ -113,8 +127,9 @@ fn options(args: &Args) -> Result<Options> {
             return Err(InputError::new(name, value.to_string(), format!("a number from 0 to {most}")).into());
         }
     }
-    let tolerances = Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals };
-    Ok(Options { tolerances, overlap: args.overlap })
+    let tolerances =
+        Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals, rounding: !args.no_rounding };
+    Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level })
 }
 
 /// A report for a person.

@@ -213,7 +213,7 @@ fn solve(
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
-        let faults = validate::check(&shell.solid, &validate::Tolerances::default());
+        let faults = validate::check(&shell.solid, &validate::Tolerances::written());
         if let Some(first) = faults.first() {
             let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
             codes.sort_unstable();

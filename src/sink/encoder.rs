@@ -149,6 +149,7 @@ fn footprint(building: &Building, vertices: &mut Vertices) -> Option<Geometry> {
         kind: GeometryKind::MultiSurface,
         shells: vec![Shell { solid: 0, faces }],
         surfaces: vec![semantic_surface(building, &Surface::of(SurfaceType::Ground))],
+        instance: None,
     })
 }
 
@@ -166,6 +167,7 @@ fn geometry(building: &Building, solid: &Solid, lod: &str, vertices: &mut Vertic
         kind: GeometryKind::Solid,
         shells: vec![Shell { solid: 0, faces: faces.collect() }],
         surfaces: solid.surfaces.iter().map(|surface| semantic_surface(building, surface)).collect(),
+        instance: None,
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 pub use super::overlap::Overlap;
-use super::overlap::{near, overlap};
+use super::overlap::{NARROW, near, overlap};
 use super::triangles::{Triangle, triangles_of};
 use super::voids::same;
 use super::{Fault, Place};
@@ -49,8 +49,8 @@ pub fn check(solids: &[Vec<Solid>], tolerance: f64) -> Vec<SolidFault> {
 }
 
 /// The fault 601: how two parts of a building, each its shells, sound by itself and on one grid, overlap, if they do by more
-/// than `tolerance` metres. The vertices of parts are rounded one by one: without a tolerance, parts that touch along a
-/// slanted wall overlap.
+/// than `tolerance` metres. The vertices of parts are rounded one by one: parts that touch along a slanted wall overlap by up
+/// to the diagonal of a grid cell, and a tolerance below that finds them.
 pub fn check_parts(one: &[Solid], other: &[Solid], tolerance: f64) -> Option<Overlap> {
     overlap(one, other, tolerance)
 }
@@ -109,7 +109,7 @@ fn faces_touch(a: &Flat, b: &Flat, tolerance: f64) -> bool {
         piece = clip(&piece, |x| inwards.dot(&(x - from)));
     }
     for side in [1.0, -1.0] {
-        piece = clip(&piece, |x| tolerance + side * a.normal.dot(&(x - p)));
+        piece = clip(&piece, |x| tolerance + NARROW + side * a.normal.dot(&(x - p)));
     }
     let Some(&first) = piece.first() else { return false };
     let area: Vector3<f64> = piece.windows(2).map(|e| (e[0] - first).cross(&(e[1] - first))).sum();

@@ -21,12 +21,14 @@
 pub mod codes;
 pub mod composite;
 mod contacts;
+mod interiors;
 mod overlap;
 pub mod polygon;
 mod predicates;
 pub mod ring;
 pub mod semantics;
 pub mod shell;
+pub(crate) mod snap;
 pub mod solid;
 mod triangles;
 mod triangulation;
@@ -40,18 +42,29 @@ use crate::solid::Solid;
 /// What is still taken for exact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
-    /// Neighbouring vertices of a ring nearer than this are repeated (102), metres.
+    /// Neighbouring vertices of a ring no farther apart than this are repeated (102), metres.
     pub snap: f64,
     /// Vertices of a face farther than this from its plane make it non-planar (203), metres.
     pub planarity: f64,
     /// A face is folded (204) where a triangle of it turns from its plane by more than this, degrees.
     pub normals: f64,
+    /// Whether so much of an angle does not count as the rounding of the vertices to the grid explains.
+    pub rounding: bool,
 }
 
 impl Default for Tolerances {
-    /// 1 mm, 1 mm and 20°: val3dity's defaults, except that it allows 1 cm for planarity.
+    /// 1 mm, 1 mm and 20° beyond the rounding: val3dity's defaults, except that it allows 1 cm for planarity and nothing for
+    /// rounding.
     fn default() -> Self {
-        Self { snap: 0.001, planarity: 0.001, normals: 20.0 }
+        Self { snap: 0.001, planarity: 0.001, normals: 20.0, rounding: true }
+    }
+}
+
+impl Tolerances {
+    /// The default ones, and nothing is forgiven to the rounding: what is written passes every validator, also one that does
+    /// not know the grid.
+    pub fn written() -> Self {
+        Self { rounding: false, ..Self::default() }
     }
 }
 

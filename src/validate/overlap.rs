@@ -2,10 +2,11 @@
 //!
 //! Both are closed and sound. The plan of what their boxes have in common is cut into slabs between the corners and
 //! crossings of the edges, and each slab into trapezoids between the edges, so that above a trapezoid the same faces
-//! follow each other everywhere; there, the heights between which both solids are is a matter of planes. In floating point:
-//! what is asked is whether the overlap is wider and deeper than a tolerance, because parts that touch along planes whose
-//! corners were rounded one by one overlap by a step of the grid somewhere, and mean no harm.
+//! follow each other everywhere; there, the heights between which both solids are is a matter of planes. In floating point,
+//! to a tenth of a micrometre: what is asked is whether the overlap is wider and deeper than a tolerance. Whether there is any
+//! at all, which is what a tolerance below that asks, is decided exactly.
 
+use super::interiors;
 use super::predicates::edges;
 use super::triangles::triangles_of;
 use crate::solid::Solid;
@@ -62,10 +63,16 @@ fn hand(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
 type Bounds = [[f64; 2]; 3];
 
 /// The deepest overlap found of two solids, each its shells on one and the same grid, if it is thicker than `tolerance`
-/// metres and the rounding of the two: each vertex is off by up to half the diagonal of a grid cell.
+/// metres.
 pub(super) fn overlap(a: &[Solid], b: &[Solid], tolerance: f64) -> Option<Overlap> {
-    let diagonal = a.first()?.step.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let tolerance = tolerance + diagonal;
+    deepest(a, b, tolerance + NARROW).or_else(|| {
+        let at = if tolerance < NARROW { interiors::shared_place(a, b) } else { None }?;
+        Some(Overlap { depth: 0.0, at })
+    })
+}
+
+/// The deepest overlap found that is thicker than `tolerance` metres, which is no less than [`NARROW`].
+fn deepest(a: &[Solid], b: &[Solid], tolerance: f64) -> Option<Overlap> {
     let (of_a, of_b) = (bounds(a)?, bounds(b)?);
     let common: Bounds = std::array::from_fn(|i| [of_a[i][0].max(of_b[i][0]), of_a[i][1].min(of_b[i][1])]);
     if common.iter().any(|[low, high]| high - low <= tolerance) {
@@ -98,13 +105,13 @@ fn swept(slopes: &[Slope], size: [f64; 2], tolerance: f64) -> Option<Overlap> {
     found.max_by(|a, b| a.depth.total_cmp(&b.depth))
 }
 
-/// Slabs narrower than this are rounding of floating point, metres.
-const NARROW: f64 = 1e-7;
+/// Less than this is rounding of floating point, metres.
+pub(super) const NARROW: f64 = 1e-7;
 
 /// Whether the boxes of two solids are no farther apart than the tolerance.
 pub(super) fn near(a: &[Solid], b: &[Solid], tolerance: f64) -> bool {
     let (Some(a), Some(b)) = (bounds(a), bounds(b)) else { return false };
-    (0..3).all(|i| a[i][0].max(b[i][0]) - a[i][1].min(b[i][1]) <= tolerance)
+    (0..3).all(|i| a[i][0].max(b[i][0]) - a[i][1].min(b[i][1]) <= tolerance + NARROW)
 }
 
 fn bounds(shells: &[Solid]) -> Option<Bounds> {

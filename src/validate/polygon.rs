@@ -21,9 +21,11 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
         faults.extend(rings(solid, id, face));
     }
     if faults.is_empty()
-        && let Some(angle) = fold(solid, face, tolerances.planarity).filter(|angle| *angle > tolerances.normals)
+        && let Some(turn) = steepest(solid, face, tolerances.rounding).filter(|turn| turn.angle > tolerances.normals)
     {
-        faults.push(Fault::new(204, place, format!("part of the face turns from its plane by {angle:.1}°")));
+        let beyond = if tolerances.rounding { " beyond what rounding explains" } else { "" };
+        let message = format!("part of the face turns from its plane by {:.1}°{beyond}", turn.angle);
+        faults.push(Fault::new(204, place, message));
     }
     faults
 }
@@ -150,27 +152,34 @@ fn splits(touches: &mut Vec<(Point2, usize)>, rings: usize) -> bool {
     false
 }
 
-/// Largest angle between a triangle of the face and the normal of the face that rounding does not explain, degrees.
+/// A triangle of a face and how far it turns from the plane of the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Turn {
+    /// Its corners.
+    pub(crate) triangle: [u32; 3],
+    /// The angle, degrees.
+    pub(crate) angle: f64,
+}
+
+/// The triangle of the face that turns most from the plane of the face.
 ///
-/// A triangle no higher than the planarity tolerance is left out: its vertices may lie anyhow within it. Of the others,
-/// that much of the angle does not count which the rounding of the vertices to the grid can make: each is off by up to
-/// half a step along each axis, which is δ = ½ Σ stepᵢ |nᵢ| along the normal; the apex and the longest side, both off by
-/// δ in opposite directions, turn a triangle of height h by atan(2δ / h). On a grid of 1 mm that is 11° for a triangle
-/// 5 mm high.
-fn fold(solid: &Solid, face: &Face, planarity: f64) -> Option<f64> {
+/// If `rounding` is forgiven, that much of the angle does not count which the rounding of the vertices to the grid can make:
+/// each is off by up to half a step along each axis, which is δ = ½ Σ stepᵢ |nᵢ| along the normal; the apex and the longest
+/// side, both off by δ in opposite directions, turn a triangle of height h by atan(2δ / h). On a grid of 1 mm that is 11° for a
+/// triangle 5 mm high.
+pub(crate) fn steepest(solid: &Solid, face: &Face, rounding: bool) -> Option<Turn> {
+    if face.rings.len() == 1 && face.rings[0].len() == 3 {
+        return None;
+    }
     let normal: Vector3<f64> = face.rings.iter().map(|ring| solid.newell(ring)).sum();
     let normal = normal.try_normalize(0.0)?;
-    let rounding: f64 = (0..3).map(|i| solid.step[i] * normal[i].abs()).sum();
-    let mut largest = None;
-    for triangle in triangulate(solid, face)? {
+    let off: f64 = if rounding { (0..3).map(|i| solid.step[i] * normal[i].abs()).sum() } else { 0.0 };
+    let turn = |triangle: [u32; 3]| {
         let [a, b, c] = triangle.map(|v| solid.point(v));
         let turned = (b - a).cross(&(c - a));
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let height = turned.norm() / longest;
-        if height > planarity {
-            let angle = turned.angle(&normal) - rounding.atan2(height);
-            largest = Some(angle.to_degrees().max(largest.unwrap_or(0.0)));
-        }
-    }
-    largest
+        Turn { triangle, angle: (turned.angle(&normal) - off.atan2(height)).to_degrees() }
+    };
+    triangulate(solid, face)?.into_iter().map(turn).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }

@@ -1,6 +1,7 @@
 //! Rings by themselves: codes 101, 102 and 104.
 
 use super::predicates::{Meeting, Point2, Projection, edges, meet, newell};
+use super::snap::Snap;
 use super::{Fault, Place, Tolerances};
 use crate::solid::{Face, Solid};
 
@@ -26,13 +27,12 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
 
 const COLLAPSED: &str = "the ring has no area";
 
-/// Neighbouring vertices that are the same or nearer than `snap` metres.
+/// Neighbouring vertices that are no farther apart than `snap` metres.
 fn repeated(solid: &Solid, ring: &[u32], snap: f64) -> Option<String> {
+    let on_grid = Snap::new(solid.step, snap);
     edges(ring)
-        .find(|&(a, b)| {
-            solid.vertices[a as usize] == solid.vertices[b as usize] || (solid.point(a) - solid.point(b)).norm() < snap
-        })
-        .map(|(a, b)| format!("vertices {a} and {b} are the same or nearer than {snap} m"))
+        .find(|&(a, b)| on_grid.joins(solid.vertices[a as usize], solid.vertices[b as usize]).is_some())
+        .map(|(a, b)| format!("vertices {a} and {b} are the same or no farther apart than {snap} m"))
 }
 
 /// Edges that meet elsewhere than at the vertex that they share.

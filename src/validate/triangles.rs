@@ -65,6 +65,15 @@ impl Triangle {
         })
     }
 
+    /// A corner, the middles of the sides and the middle of the triangle, in sixfold coordinates.
+    pub(super) fn samples(&self) -> [Point3; 5] {
+        let [a, b, c] = self.corners;
+        let at = |weights: [i64; 3]| -> Point3 {
+            std::array::from_fn(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i])
+        };
+        [[6, 0, 0], [3, 3, 0], [0, 3, 3], [3, 0, 3], [2, 2, 2]].map(at)
+    }
+
     /// The same in coordinates `by` times as fine.
     pub(super) fn scaled(&self, by: i64) -> Self {
         let scale = |p: Point3| p.map(|c| c * by);
@@ -123,6 +132,14 @@ pub(super) fn share_area(a: &Triangle, b: &Triangle) -> bool {
     let parted =
         |a: [Point2; 3], b: [Point2; 3]| (0..3).any(|i| b.iter().all(|&p| orient2(a[i], a[(i + 1) % 3], p) <= 0));
     !parted(a, b) && !parted(b, a)
+}
+
+/// Whether two triangles in one plane look the same way.
+pub(super) fn same_side(a: &Triangle, b: &Triangle) -> bool {
+    let [p, q, r] = a.corners;
+    let Some(flat) = Projection::along(cross(subtract(q, p), subtract(r, p))) else { return false };
+    let [p, q, r] = b.corners.map(|v| flat.point(v));
+    orient2(p, q, r) > 0
 }
 
 /// Whether two triangles of different faces have points in common other than corners, or a side that is an edge of both

@@ -86,13 +86,7 @@ impl<'a> Sampled<'a> {
 
     /// Corners, middles of sides and middles of the triangles, in sixfold coordinates.
     fn points(&self) -> impl Iterator<Item = Point3> + '_ {
-        self.triangles.iter().flat_map(|triangle| {
-            let [a, b, c] = triangle.corners;
-            let at = |weights: [i64; 3]| -> Point3 {
-                std::array::from_fn(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i])
-            };
-            [[6, 0, 0], [3, 3, 0], [0, 3, 3], [3, 0, 3], [2, 2, 2]].map(at)
-        })
+        self.triangles.iter().flat_map(Triangle::samples)
     }
 
     /// Where the points of another shell are.

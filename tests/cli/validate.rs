@@ -107,6 +107,22 @@ fn tolerances_are_options() {
 }
 
 #[test]
+fn a_file_that_is_refused_is_in_the_report() {
+    let folder = tempdir().unwrap();
+    let [refused, json] = ["not.city.json", "report.json"].map(|name| folder.path().join(name));
+    std::fs::write(&refused, "{\"type\":\"FeatureCollection\"}").unwrap();
+    let run = validate(&[&refused], &format!("--json {}", json.display()));
+    assert_eq!(run.code, 1, "{}", run.out);
+    let report = json_of(&json);
+    assert_eq!((&report["validity"], &report["all_errors"]), (&json!(false), &json!([901])));
+    assert_says(report["dataset_errors"][0]["info"].as_str().unwrap(), &["FeatureCollection"]);
+    // Beside one that is not, in the order in which they were given.
+    assert_eq!(validate(&[&refused, &data(REFERENCE)], &format!("--json {}", json.display())).code, 1);
+    let both = json_of(&json);
+    assert_eq!((&both[0], &both[1]["validity"]), (&report, &json!(true)));
+}
+
+#[test]
 fn labels_make_invalid_only_where_it_is_asked_for() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("unlabelled.city.jsonl");

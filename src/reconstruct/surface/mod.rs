@@ -10,7 +10,8 @@
 //! 3. the boundary facets, oriented from inside to outside by construction, are cut at every vertex on their edges, so
 //!    that there are no T-junctions (`boundary`);
 //! 4. coplanar facets are merged into polygons with holes and vertices that are no corner are dropped (`polygons`);
-//! 5. the polygons are rounded to the output grid, and what collapses there is taken out consistently (`quantise`).
+//! 5. the polygons are rounded to the output grid, what collapses there is taken out consistently (`quantise`), and what
+//!    rounding folded is flattened (`unfold`).
 //!
 //! Steps 1 to 4 are exact. Step 5 cannot be: the shell check of [`validate`](crate::validate) has the last word.
 
@@ -23,6 +24,7 @@ mod incidence;
 mod polygons;
 mod quantise;
 mod repair;
+mod unfold;
 
 use serde::{Deserialize, Serialize};
 

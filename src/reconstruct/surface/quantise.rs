@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::Shell;
 use super::collapse::{Mesh, MeshFace};
 use super::polygons::Polygon;
+use super::unfold::unfold;
 use crate::reconstruct::complex::{Complex, PlaneId, VertexId};
 use crate::solid::{Face, Solid};
 
@@ -151,7 +152,7 @@ fn assemble(
     labels.sort_unstable();
     labels.dedup();
     let index = |list: &[u32], value: u32| list.binary_search(&value).unwrap_or(0) as u32;
-    let solid = Solid {
+    let mut solid = Solid {
         step,
         vertices: used.iter().map(|&v| grid[v as usize]).collect(),
         faces: faces
@@ -163,5 +164,6 @@ fn assemble(
             .collect(),
         surfaces: Vec::new(),
     };
+    unfold(&mut solid);
     Some(Shell { solid, planes: labels.iter().map(|&label| planes[label as usize]).collect() })
 }

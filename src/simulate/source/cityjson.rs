@@ -160,7 +160,8 @@ fn judge(candidate: Candidate) -> Judged {
         Ok(solid) => solid,
         Err(reason) => return Judged { id, shape: None, flaw: Some(reason) },
     };
-    let tolerances = Tolerances { snap: 0.0, planarity: PLANARITY, ..Tolerances::default() };
+    // Folds as thin as that matter to no scan.
+    let tolerances = Tolerances { snap: 0.0, planarity: PLANARITY, normals: 180.0, ..Tolerances::default() };
     let mesh = Mesh::of(&solid);
     let flaw = match validate::first_fault(&solid, &tolerances) {
         Some(fault) => Some(format!("{} {}", fault.code, codes::name(fault.code))),

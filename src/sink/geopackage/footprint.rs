@@ -78,7 +78,13 @@ mod tests {
             vec![[10.0, 10.0, 0.0], [12.0, 10.0, 0.0], [12.0, 12.0, 0.0], [10.0, 12.0, 0.0], [12.0, 10.0, 3.0]];
         let faces = [[0, 1, 2], [0, 3, 2], [0, 1, 4]].map(|ring| Face { rings: vec![ring.to_vec()], surface: None });
         let shells = vec![Shell { solid: 0, faces: faces.to_vec() }];
-        let geometry = Geometry { lod: "2".into(), kind: GeometryKind::MultiSurface, shells, surfaces: Vec::new() };
+        let geometry = Geometry {
+            lod: "2".into(),
+            kind: GeometryKind::MultiSurface,
+            shells,
+            surfaces: Vec::new(),
+            instance: None,
+        };
         let object = CityObject { kind: "TINRelief".into(), geometries: vec![geometry], ..CityObject::default() };
         let feature = Feature { id: String::new(), objects: vec![object], vertices };
         let [polygon] = footprint(&feature, [1.0; 3]).try_into().unwrap();

@@ -34,8 +34,28 @@ pub struct CityModel {
     pub metadata: Map<String, Value>,
     /// The extensions that the file declares, as they are; `None` in a feature of a sequence.
     pub extensions: Option<Value>,
-    /// The names of the members that are not read, such as `appearance` and `geometry-templates`.
+    /// The geometry templates; none in a feature of a sequence, which uses those of the head.
+    pub templates: Templates,
+    /// The names of the members that are not carried over, such as `appearance` and `geometry-templates`.
     pub others: Vec<String>,
+}
+
+/// Geometries that stand in the file once and are placed many times.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Templates {
+    /// The geometries; their vertex indices are those of [`Self::vertices`], and may be too large.
+    pub geometries: Vec<Geometry>,
+    /// Vertices in coordinates of their own, in units of the CRS.
+    pub vertices: Vec<[f64; 3]>,
+}
+
+/// A template in its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Index into [`Templates::geometries`].
+    pub template: u32,
+    /// The 4 × 4 matrix that its vertices are multiplied with before they are moved to their place, row by row.
+    pub matrix: [f64; 16],
 }
 
 /// From the numbers in the file, which should be whole, to CRS coordinates: `number · scale + translate`, axis by axis.
@@ -84,6 +104,8 @@ pub struct Geometry {
     pub shells: Vec<Shell>,
     /// The semantic surfaces that the faces refer to.
     pub surfaces: Vec<SemanticSurface>,
+    /// What a `GeometryInstance` is an instance of, where it says so.
+    pub instance: Option<Instance>,
 }
 
 /// The type of a geometry.
@@ -109,7 +131,7 @@ pub struct Shell {
     /// Number of its solid in a `MultiSolid` or `CompositeSolid`; 0 otherwise. The first shell of a solid is its
     /// exterior, the others are voids.
     pub solid: usize,
-    /// Its faces.
+    /// Its faces; none in the shell that stands for a solid without any.
     pub faces: Vec<Face>,
 }
 
@@ -279,6 +301,7 @@ impl Features {
             metadata: root.metadata.clone(),
             extensions: root.extensions.clone(),
             others: root.others.clone(),
+            templates: root.templates.clone().unwrap_or_default(),
             ..CityModel::default()
         };
         let model = self.model(root)?;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
-use super::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell, Transform};
+use super::{CityObject, Face, Geometry, GeometryKind, Instance, SemanticSurface, Shell, Templates, Transform};
 
 /// A root object or a feature.
 #[derive(Debug, Default)]
@@ -18,6 +18,7 @@ pub(super) struct Document {
     pub extensions: Option<Value>,
     pub objects: Option<Objects>,
     pub vertices: Option<Vec<[f64; 3]>>,
+    pub templates: Option<Templates>,
     /// The names of the other members that are not empty.
     pub others: Vec<String>,
 }
@@ -45,6 +46,14 @@ impl<'de> Deserialize<'de> for Document {
                         "extensions" => document.extensions = map.next_value()?,
                         "CityObjects" => document.objects = map.next_value()?,
                         "vertices" => document.vertices = map.next_value()?,
+                        "geometry-templates" => {
+                            let raw = map.next_value::<Option<RawTemplates>>()?;
+                            document.templates =
+                                raw.map(RawTemplates::into_templates).transpose().map_err(A::Error::custom)?;
+                            if document.templates.is_some() {
+                                document.others.push(name);
+                            }
+                        }
                         // The id of a feature is that of one of its objects.
                         "id" => drop(map.next_value::<IgnoredAny>()?),
                         _ => {
@@ -157,12 +166,32 @@ impl RawObject {
 }
 
 #[derive(Deserialize)]
+struct RawTemplates {
+    templates: Vec<RawGeometry>,
+    #[serde(rename = "vertices-templates")]
+    vertices: Vec<[f64; 3]>,
+}
+
+impl RawTemplates {
+    fn into_templates(self) -> Result<Templates, String> {
+        let geometries = self.templates.into_iter().enumerate();
+        let geometries = geometries
+            .map(|(i, raw)| raw.into_geometry().map_err(|fault| format!("geometry template {i}: {fault}")))
+            .collect::<Result<_, _>>()?;
+        Ok(Templates { geometries, vertices: self.vertices })
+    }
+}
+
+#[derive(Deserialize)]
 struct RawGeometry {
     #[serde(rename = "type")]
     kind: String,
     lod: Option<Value>,
     boundaries: Option<Nested>,
     semantics: Option<RawSemantics>,
+    template: Option<u32>,
+    #[serde(rename = "transformationMatrix")]
+    matrix: Option<Vec<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -248,7 +277,9 @@ impl RawGeometry {
             other => GeometryKind::Other(other.to_owned()),
         };
         if let GeometryKind::Other(_) = kind {
-            return Ok(Geometry { lod, kind, shells: Vec::new(), surfaces: Vec::new() });
+            let matrix = self.matrix.and_then(|matrix| matrix.try_into().ok());
+            let instance = self.template.zip(matrix).map(|(template, matrix)| Instance { template, matrix });
+            return Ok(Geometry { lod, kind, shells: Vec::new(), surfaces: Vec::new(), instance });
         }
         let Some(boundaries) = &self.boundaries else { return Err("no \"boundaries\"".to_owned()) };
         let values = self.semantics.as_ref().map_or(&Nested::Null, |semantics| &semantics.values);
@@ -271,7 +302,7 @@ impl RawGeometry {
             return Err(format!("a face refers to semantic surface {index} of {n}"));
         }
         let surfaces = surfaces.into_iter().map(semantic_surface).collect();
-        Ok(Geometry { lod, kind, shells, surfaces })
+        Ok(Geometry { lod, kind, shells, surfaces, instance: None })
     }
 }
 
@@ -284,7 +315,11 @@ fn semantic_surface(mut members: Map<String, Value>) -> SemanticSurface {
 }
 
 fn shells_of(solid: usize, boundaries: &Nested, values: &Nested, out: &mut Vec<Shell>) -> Result<(), String> {
-    for (i, faces) in boundaries.list("a list of shells")?.iter().enumerate() {
+    let shells = boundaries.list("a list of shells")?;
+    if shells.is_empty() {
+        out.push(Shell { solid, faces: Vec::new() });
+    }
+    for (i, faces) in shells.iter().enumerate() {
         out.push(shell(solid, faces, values.get(i))?);
     }
     Ok(())

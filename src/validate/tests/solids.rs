@@ -1,5 +1,7 @@
 //! Solids of several shells and composites of several solids: 401 to 601.
 
+use proptest::prelude::*;
+
 use super::*;
 
 /// Two pyramids on each other, looking into themselves: a square from 0 to `to` at half the height of the block.
@@ -100,5 +102,39 @@ fn composites_501_502_503_601() {
         assert_eq!((check(&lower, &Tolerances::default()), check(&upper, &Tolerances::default())), (vec![], vec![]));
         upper.vertices.iter_mut().for_each(|v| v[2] -= steps);
         assert_eq!(composite::check_parts(&[lower], &[upper], 0.001).map(|_| 601), expected, "{steps}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    /// Long blocks beside each other that share a slab, turned in the plan by a Pythagorean angle and of any size: the
+    /// thickness of the slab is known.
+    #[test]
+    fn slabs_are_as_thick_as_they_are(
+        (p, q, length) in prop_oneof![Just((1, 0, 1)), Just((3, 4, 5)), Just((-12, 5, 13)), Just((8, -15, 17)), Just((0, 1, 1))],
+        shared in 0..6i64,
+        decimals in 0..5i32,
+        halves in 0..12i64,
+        upright: bool,
+    ) {
+        let step = 10f64.powi(-decimals);
+        let (u, v) = ([p, q, 0], [-q, p, 0]);
+        // Along the thickness, the length and the height.
+        let axes: [[i64; 3]; 3] = if upright { [u, v, [0, 0, length]] } else { [[0, 0, length], u, v] };
+        let block = |from: i64, to: i64| {
+            let corners = CUBE.map(|corner| {
+                let along = [if corner[0] == 0 { from } else { to }, corner[1], corner[2]];
+                std::array::from_fn(|i| (0..3).map(|k| axes[k][i] * along[k]).sum())
+            });
+            Solid { step: [step; 3], vertices: corners.to_vec(), ..solid(&[], &CUBE_FACES) }
+        };
+        let (one, other) = (block(0, 50), block(50 - shared, 100));
+        let unit = length as f64 * step;
+        let found = composite::check_parts(&[one], &[other], halves as f64 / 2.0 * unit);
+        prop_assert_eq!(found.is_some(), 2 * shared > halves, "{:?}", found);
+        if let Some(found) = found {
+            prop_assert!(found.depth <= shared as f64 * unit * (1.0 + 1e-9));
+        }
     }
 }

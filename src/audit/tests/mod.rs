@@ -1,3 +1,6 @@
+mod files;
+mod templates;
+
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -96,8 +99,13 @@ fn real_coordinates_are_put_on_a_decimal_grid() {
 fn what_is_not_on_the_grid_is_said() {
     let file = boxed(0.001, |file| set(file, "/vertices/6/2", json!(5_000.5)));
     assert_eq!(findings(&file)[0], [(901, "coid=b-0|geom=0|shell=0".to_owned())]);
-    let file = boxed(0.001, |file| set(file, "/vertices/6/2", json!(1e14)));
-    assert_eq!(findings(&file)[0], [(901, "coid=b-0|geom=0|shell=0".to_owned())]);
+    // Too far from the others, and so far that numbers are no longer told apart.
+    for (number, expected) in [(1e14, "grid steps away from others"), (1e17, "more than 2^52 grid steps")] {
+        let file = boxed(0.001, |file| set(file, "/vertices/6/2", json!(number)));
+        assert_eq!(findings(&file)[0], [(901, "coid=b-0|geom=0|shell=0".to_owned())]);
+        let message = report_of(file.path()).features[0].errors[0].info.clone();
+        assert!(message.contains(expected) && !message.contains("are whole"), "{message}");
+    }
     let file = boxed(0.001, |file| set(file, &format!("{GEOMETRY}/boundaries"), json!([[]])));
     assert_eq!(findings(&file)[0], [(902, "coid=b-0|geom=0".to_owned())]);
 }
