@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Partitioned;
 use super::complex::{OUTSIDE, PlaneId};
+use crate::building::Measures;
 
 /// How sure the field is of the boundary between the inside and the outside.
 ///
@@ -51,6 +52,22 @@ impl Confidence {
     pub fn of_plane(&self, plane: (PlaneId, bool)) -> Option<f64> {
         self.planes.get(&plane).copied().and_then(mean).or(self.building)
     }
+}
+
+/// A model with an area of this size at fault is not to be trusted at all, square metres.
+const LARGEST_FAULT: f64 = 100.0;
+
+/// How far a whole model can be trusted: what the field is sure of ([`Measures::confidence`] as it was measured), less the
+/// share of the footprint (of `area` square metres) that is missing, in excess or without data, the share that no tile
+/// covers, and the size of the largest fault: of ten square metres, a tenth.
+pub(super) fn of_model(measures: &Measures, area: Option<f64>) -> Option<f64> {
+    let field = measures.confidence?;
+    let faults = measures.completeness.unwrap_or_default();
+    let at_fault = faults.missing.area + faults.excess.area + faults.roofed_ground.area;
+    let share = area.map_or(0.0, |area| at_fault / area) + measures.no_data_share.unwrap_or(0.0);
+    let covered = measures.coverage.map_or(1.0, |coverage| coverage.share);
+    let largest = faults.largest() / LARGEST_FAULT;
+    Some(field * covered * (1.0 - share).max(0.0) * (1.0 - largest).max(0.0))
 }
 
 fn mean([sum, area]: [f64; 2]) -> Option<f64> {

@@ -62,6 +62,7 @@ fn case(number: u64) -> Case {
         ground_points: Vec::new(),
         ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
+        covered: None,
         attributes: Map::new(),
     };
     let bare = if is_bare { "no footprint" } else { shape };
