@@ -56,7 +56,7 @@ pub(super) fn open_ground(site: &Site, smallest: f64) -> MultiPolygon<f64> {
     }
     let Some(mut pixels) = Pixels::around(&open, REACH) else { return nothing };
     let built = site.points.iter().filter(|p| p.z > site.ground.height + HEADROOM).map(Point3::xy);
-    pixels.set_nearer(&open, built, REACH);
+    pixels.set_nearer(&beside(&open, site), built, REACH);
     let pieces = pixels.pieces(NARROWEST, |p| prepared.contains([p.x, p.y]));
     let outlines = pieces.into_iter().filter_map(|piece| {
         let inside = piece.area_where(&pixels, |p| prepared.contains([p.x, p.y]));
@@ -71,6 +71,27 @@ pub(super) fn open_ground(site: &Site, smallest: f64) -> MultiPolygon<f64> {
     found
 }
 
+/// The open points, and the ground points beside them that are near a roof: open ground goes on to halfway between the two.
+fn beside(open: &[Point2<f64>], site: &Site) -> Vec<Point2<f64>> {
+    let cell = |p: &Point2<f64>| [p.x, p.y].map(|c| (c / REACH).floor() as i64);
+    let mut cells: BTreeMap<[i64; 2], Vec<&Point2<f64>>> = BTreeMap::new();
+    for point in open {
+        cells.entry(cell(point)).or_default().push(point);
+    }
+    let most = highest(site);
+    let is_beside = |p: &Point2<f64>| {
+        let [column, row] = cell(p);
+        let mut around = (column - 1..=column + 1).flat_map(|c| (row - 1..=row + 1).map(move |r| [c, r]));
+        around.any(|key| cells.get(&key).is_some_and(|near| near.iter().any(|q| (*q - p).norm() <= REACH)))
+    };
+    site.ground_points.iter().filter(|p| p.z <= most).map(Point3::xy).filter(is_beside).collect()
+}
+
+/// How high ground may be, local metres.
+fn highest(site: &Site) -> f64 {
+    site.ground.height + site.ground.spread + RISE
+}
+
 /// The ground points with nothing above them, in the plan.
 fn open_points(site: &Site, footprint: &MultiPolygon<f64>) -> Vec<Point2<f64>> {
     let spacing = (footprint.unsigned_area() / site.points.len().max(1) as f64).sqrt();
@@ -80,7 +101,7 @@ fn open_points(site: &Site, footprint: &MultiPolygon<f64>) -> Vec<Point2<f64>> {
     for point in &site.points {
         cells.entry(cell(point)).or_default().push(point);
     }
-    let most = site.ground.height + site.ground.spread + RISE;
+    let most = highest(site);
     let is_open = |p: &Point3<f64>| {
         let [column, row] = cell(p);
         let around = (column - 1..=column + 1).flat_map(|c| (row - 1..=row + 1).map(move |r| [c, r]));

@@ -81,15 +81,11 @@ impl Pixels {
         let within: Vec<bool> =
             self.open.iter().enumerate().map(|(i, open)| *open && inside(&self.centre(i))).collect();
         let core = self.spread(&self.spread(&within, radius, false), radius, true);
-        // Where the outline narrows a piece, it goes on to what is open beside it.
+        // With what is open right beside it: else the fringe would be lost on one side only, and what lies beyond the
+        // outline with it.
         let wide = self.spread(&core, radius, true);
-        let mut left: Vec<bool> = core
-            .iter()
-            .zip(wide)
-            .zip(&self.open)
-            .zip(&within)
-            .map(|(((core, wide), open), within)| *core || (wide && *open && !*within))
-            .collect();
+        let mut left: Vec<bool> =
+            core.iter().zip(wide).zip(&self.open).map(|((core, wide), open)| *core || (wide && *open)).collect();
         let mut pieces = Vec::new();
         for start in 0..left.len() {
             if !std::mem::take(&mut left[start]) {
