@@ -42,9 +42,8 @@ fn is_noise(hole: &LineString<f64>) -> bool {
 /// has: to get rid of it the surface would give up a whole cell, which may be a tenth of the building.
 pub(super) fn parted(site: &Site) -> Cow<'_, Site> {
     let Some(footprint) = &site.footprint else { return Cow::Borrowed(site) };
-    let around = |[x, y]: [f64; 2]| {
-        Rect::new(coord! { x: x - GAP, y: y - GAP }, coord! { x: x + GAP, y: y + GAP }).to_polygon()
-    };
+    let around =
+        |[x, y]: [f64; 2]| Rect::new(coord! { x: x - GAP, y: y - GAP }, coord! { x: x + GAP, y: y + GAP }).to_polygon();
     let gaps: Vec<Polygon<f64>> = blocks::touches(footprint, site.frame.step()).into_iter().map(around).collect();
     if gaps.is_empty() {
         return Cow::Borrowed(site);

@@ -121,7 +121,9 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     }
     if !left_out.is_empty() {
         let count = left_out.len();
-        notes.push(format!("{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"));
+        notes.push(format!(
+            "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
+        ));
     }
     let mut left_out = left_out.into_iter().peekable();
     let modelled: Vec<Point3<f64>> =
@@ -352,8 +354,7 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
 fn add_blocks(site: &Site, standing: &[FootprintPolygon], model: &mut Model, measures: &Measures) {
     let Some(heights) = measures.roof_heights else { return };
     let top = grid_height(site, heights.p70);
-    let blocks =
-        standing.iter().filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()));
+    let blocks = standing.iter().filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()));
     for (i, block) in blocks.collect::<Vec<_>>().into_iter().enumerate() {
         match model.parts.get_mut(i) {
             Some(part) => part.lod12 = Some(block),

@@ -77,12 +77,7 @@ enum Touching {
 }
 
 /// What of `rectangles`, made wider by `beside` metres, touches `polygon`.
-fn touching(
-    polygon: &MultiPolygon<f64>,
-    frame: &Frame,
-    rectangles: &[([f64; 2], [f64; 2])],
-    beside: f64,
-) -> Touching {
+fn touching(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])], beside: f64) -> Touching {
     let Some(around) = polygon.bounding_rect() else { return Touching::None };
     let local = |place: [f64; 2], by: f64| {
         let point = frame.to_local([place[0], place[1], 0.0]);

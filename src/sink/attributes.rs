@@ -55,9 +55,12 @@ const fn row(
 /// All attributes that gable gives a building, in the order in which they are written. Those that do not apply are left
 /// out.
 pub const ATTRIBUTES: &[Attribute] = &[
-    row("gable_success", "", "whether every part is a valid LoD 2.2 solid, and the tiles cover the whole footprint", |s| {
-        Some((s.building.outcome == Outcome::Lod22).into())
-    }),
+    row(
+        "gable_success",
+        "",
+        "whether every part is a valid LoD 2.2 solid, and the tiles cover the whole footprint",
+        |s| Some((s.building.outcome == Outcome::Lod22).into()),
+    ),
     row("gable_lod", "", "highest level of detail that was reached: 2.2, 1.2 or 0", |s| {
         Some(match s.building.outcome {
             Outcome::Lod22 | Outcome::Partial { .. } => "2.2".into(),
@@ -101,7 +104,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_height_roof_70p", "CRS", "70th percentile of the heights of the roof points: top of LoD 1.2", |s| {
         s.roof_height(|h| h.p70)
     }),
-    row("gable_height_roof_max", "CRS", "height of the highest point of the roof: of the model at LoD 2.2, without it of the points", |s| s.roof_height(|h| h.max)),
+    row(
+        "gable_height_roof_max",
+        "CRS",
+        "height of the highest point of the roof: of the model at LoD 2.2, without it of the points",
+        |s| s.roof_height(|h| h.max),
+    ),
     row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
         s.height(s.building.measures.ridge_height)
     }),
@@ -117,10 +125,13 @@ pub const ATTRIBUTES: &[Attribute] = &[
         "root mean square of the distances of the points to the nearest face at LoD 2.2",
         |s| number(s.building.measures.rmse_lod22, 3),
     ),
-    row("gable_confidence", "", "how far the model at LoD 2.2 can be trusted, 0 to 1: how sure the field is, less what is missing, in excess, without \
-         data or not covered", |s| {
-        number(s.building.measures.confidence, 3)
-    }),
+    row(
+        "gable_confidence",
+        "",
+        "how far the model at LoD 2.2 can be trusted, 0 to 1: how sure the field is, less what is missing, in excess, without \
+         data or not covered",
+        |s| number(s.building.measures.confidence, 3),
+    ),
     row(
         "gable_missing_area",
         "m²",

@@ -154,8 +154,7 @@ impl Piece {
         let half = pixels.side / 2.0;
         let runs = self.0.chunk_by(is_end).filter_map(|run| {
             let (low, high) = (pixels.centre(*run.first()?), pixels.centre(*run.last()?));
-            let corners =
-                [coord! { x: low.x - half, y: low.y - half }, coord! { x: high.x + half, y: high.y + half }];
+            let corners = [coord! { x: low.x - half, y: low.y - half }, coord! { x: high.x + half, y: high.y + half }];
             Some(Rect::new(corners[0], corners[1]).to_polygon())
         });
         geo::unary_union(&runs.collect::<Vec<_>>())

@@ -93,9 +93,7 @@ fn edge(chain: &[Point2<f64>], main: &[Vector2<f64>]) -> Option<Edge> {
 /// The edges with those joined that follow each other on one line, and a step between those that do so on parallel ones.
 fn joined(edges: Vec<Edge>) -> Vec<Edge> {
     let mut out: Vec<Edge> = Vec::with_capacity(edges.len());
-    let is_one = |a: &Edge, b: &Edge| {
-        a.along.dot(&b.along) > 1.0 - 1e-6 && (a.offset - b.offset).abs() < TOLERANCE
-    };
+    let is_one = |a: &Edge, b: &Edge| a.along.dot(&b.along) > 1.0 - 1e-6 && (a.offset - b.offset).abs() < TOLERANCE;
     let merge = |into: &mut Edge, other: &Edge| {
         let length = into.length + other.length;
         into.offset = (into.offset * into.length + other.offset * other.length) / length;
@@ -140,10 +138,7 @@ fn corner(one: &Edge, two: &Edge) -> Option<Point2<f64>> {
         return None;
     }
     let (a, b) = (one.normal(), two.normal());
-    let meet = Point2::new(
-        (one.offset * b.y - two.offset * a.y) / sine,
-        (two.offset * a.x - one.offset * b.x) / sine,
-    );
+    let meet = Point2::new((one.offset * b.y - two.offset * a.y) / sine, (two.offset * a.x - one.offset * b.x) / sine);
     ((meet - two.start).norm() <= MOST_MOVED).then_some(meet)
 }
 
@@ -160,10 +155,9 @@ mod tests {
             (2.0..10.0).contains(&u) && (1.0..7.0).contains(&v)
         };
         let centre = |i: i32| 0.25 * f64::from(i) + 0.125;
-        let pixels = (-60..60).flat_map(|i| (-60..60).map(move |j| (centre(i), centre(j)))).filter(|&(x, y)| inside(x, y));
-        let square = |(x, y): (f64, f64)| {
-            geo::Rect::new((x - 0.125, y - 0.125), (x + 0.125, y + 0.125)).to_polygon()
-        };
+        let pixels =
+            (-60..60).flat_map(|i| (-60..60).map(move |j| (centre(i), centre(j)))).filter(|&(x, y)| inside(x, y));
+        let square = |(x, y): (f64, f64)| geo::Rect::new((x - 0.125, y - 0.125), (x + 0.125, y + 0.125)).to_polygon();
         geo::unary_union(&pixels.map(square).collect::<Vec<_>>())
     }
 
