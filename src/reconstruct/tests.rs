@@ -279,7 +279,7 @@ fn on_open_ground_nothing_is_built() {
     let ground_points = site.points.clone();
     let points = vec![Point3::new(3.0, 3.0, 5.0)];
     let building =
-        reconstruct(&Site { ground_points, points, ..site }, &Parameters::default(), &occupancy::HeightField);
+        reconstruct(&Site { points, ground_points, ..site }, &Parameters::default(), &occupancy::HeightField);
     assert!(
         matches!(building.outcome, Outcome::FootprintOnly { reason: Reason::OpenGround, .. }),
         "{:?}",

@@ -150,7 +150,7 @@ impl Piece {
 
     /// The outline along the sides of the pixels, local metres.
     pub fn outline(&self, pixels: &Pixels) -> MultiPolygon<f64> {
-        let is_end = |a: &usize, b: &usize| a + 1 == *b && b % pixels.columns != 0;
+        let is_end = |a: &usize, b: &usize| a + 1 == *b && !b.is_multiple_of(pixels.columns);
         let half = pixels.side / 2.0;
         let runs = self.0.chunk_by(is_end).filter_map(|run| {
             let (low, high) = (pixels.centre(*run.first()?), pixels.centre(*run.last()?));
