@@ -26,12 +26,19 @@ pub struct Building {
     pub notes: Vec<String>,
 }
 
-/// Whether LoD 2.2 was reached.
+/// Whether LoD 2.2 was reached, and of the whole building.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "outcome")]
 pub enum Outcome {
     /// Every part is a valid LoD 2.2 solid.
     Lod22,
+    /// Every part is a valid LoD 2.2 solid, but only over what the tiles cover of the footprint.
+    Partial {
+        /// Why it is not the whole building.
+        reason: Reason,
+        /// The particulars, for a person.
+        detail: String,
+    },
     /// The building is a LoD 1.2 block.
     Lod12 {
         /// Why there is no LoD 2.2.
@@ -56,11 +63,12 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The reason, unless LoD 2.2 was reached.
+    /// The reason, unless LoD 2.2 of the whole building was reached.
     pub fn reason(&self) -> Option<(Reason, &str)> {
         match self {
             Self::Lod22 => None,
-            Self::Lod12 { reason, detail }
+            Self::Partial { reason, detail }
+            | Self::Lod12 { reason, detail }
             | Self::FootprintOnly { reason, detail }
             | Self::Rejected { reason, detail } => Some((*reason, detail)),
         }
@@ -77,6 +85,8 @@ pub enum LadderStep {
     Lod22Coarse,
     /// LoD 2.2 with all tolerances four times as coarse.
     Lod22Coarsest,
+    /// LoD 2.2 of the part of the building that the tiles cover.
+    Partial,
     /// The LoD 1.2 block.
     Lod12,
     /// The footprint.
@@ -106,6 +116,7 @@ impl Building {
     pub fn ladder_step(&self) -> Option<LadderStep> {
         match self.outcome {
             Outcome::Lod22 => LadderStep::LOD22.get(self.measures.setbacks.len()).copied(),
+            Outcome::Partial { .. } => Some(LadderStep::Partial),
             Outcome::Lod12 { .. } => Some(LadderStep::Lod12),
             Outcome::FootprintOnly { .. } => Some(LadderStep::Footprint),
             Outcome::Rejected { .. } => None,
@@ -124,8 +135,10 @@ pub enum Reason {
     NoPoints,
     /// Fewer building points than a plane needs.
     TooFewPoints,
-    /// The given tiles do not cover the footprint.
+    /// The given tiles do not cover the footprint, or not all of it.
     Incomplete,
+    /// The footprint is open ground: no solid stands on it.
+    OpenGround,
     /// No planar primitive was found in the points.
     NoPrimitives,
     /// The labelling found nothing inside.
@@ -157,7 +170,10 @@ pub struct Measures {
     pub primitives: usize,
     /// Number of cells of the complex.
     pub cells: usize,
-    /// How sure the field is of the surface of the LoD 2.2 model above the ground, 0 to 1.
+    /// Open ground in the footprint, square metres; `None` where no ground points could tell.
+    pub open_ground: Option<f64>,
+    /// How far the LoD 2.2 model can be trusted, 0 to 1: how sure the field is of its surface above the ground, less what
+    /// is missing, in excess, without data or not covered.
     pub confidence: Option<f64>,
     /// Why the height-field vote decided although another field was asked for; `None` where the field that was asked
     /// for decided.
@@ -166,7 +182,8 @@ pub struct Measures {
     pub roof_type: Option<RoofType>,
     /// Number of distinct roof planes of the LoD 2.2 model.
     pub roof_planes: Option<usize>,
-    /// Heights of the roof: lowest, median, 70th percentile and highest of the building points on roofs.
+    /// Heights of the roof: lowest, median and 70th percentile of the building points on roofs, and the highest, of the
+    /// LoD 2.2 model where there is one. What is too small to stand, or hovers, and is not modelled does not count.
     pub roof_heights: Option<RoofHeights>,
     /// Height of the highest edge between two roof planes.
     pub ridge_height: Option<f64>,

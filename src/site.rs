@@ -111,6 +111,8 @@ pub struct Site {
     pub ground: Ground,
     /// How far the tiles cover the footprint.
     pub coverage: Coverage,
+    /// The part of the footprint that the tiles cover, where that is not all of it; local metres.
+    pub covered: Option<MultiPolygon<f64>>,
     /// The footprint's attributes, passed through to the model.
     pub attributes: Map<String, Value>,
 }
@@ -131,6 +133,7 @@ impl Site {
             ground_points: Vec::new(),
             ground: Ground { height: ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
+            covered: None,
             attributes: Map::new(),
         }
     }

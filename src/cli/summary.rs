@@ -14,7 +14,8 @@ pub fn reason(reason: Reason) -> &'static str {
         Reason::NoPolygon => "no usable polygon",
         Reason::NoPoints => "no building points in the footprint",
         Reason::TooFewPoints => "too few building points",
-        Reason::Incomplete => "not covered by the tiles",
+        Reason::Incomplete => "not wholly covered by the tiles",
+        Reason::OpenGround => "open ground, nothing stands there",
         Reason::NoPrimitives => "no planes found in the points",
         Reason::NothingInside => "nothing found inside",
         Reason::InvalidSolid => "the solid would have been invalid",
@@ -42,6 +43,7 @@ pub fn building(building: &BuildingReport) -> String {
 fn outcome(outcome: &Outcome) -> String {
     let name = match outcome {
         Outcome::Lod22 => "LoD 2.2",
+        Outcome::Partial { .. } => "LoD 2.2 of a part",
         Outcome::Lod12 { .. } => "LoD 1.2",
         Outcome::FootprintOnly { .. } => "footprint only",
         Outcome::Rejected { .. } => "rejected",
@@ -65,6 +67,9 @@ pub fn summary(report: &Report) -> String {
     let coarse: usize = coarse.iter().filter_map(|step| counts.ladder.get(step)).sum();
     if coarse > 0 {
         rows.push(vec!["    with coarser tolerances".into(), number(coarse)]);
+    }
+    if counts.buildings_partial > 0 {
+        rows.push(vec!["  LoD 2.2 of what the tiles cover".into(), number(counts.buildings_partial)]);
     }
     rows.push(vec!["  LoD 1.2 only".into(), number(counts.buildings_lod12)]);
     let by_reason = |(why, &count): (&Reason, &usize)| vec![format!("    {}", reason(*why)), number(count)];

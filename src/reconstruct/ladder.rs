@@ -110,7 +110,12 @@ mod tests {
 
     /// An attempt with this many primitives and this result.
     fn attempt(primitives: usize, result: Result<Vec<Solid>, Failure>) -> Attempt {
-        Attempt { measures: Measures { primitives, ..Measures::default() }, outline: None, result }
+        Attempt {
+            measures: Measures { primitives, ..Measures::default() },
+            outline: None,
+            result,
+            roof_points: Vec::new(),
+        }
     }
 
     fn invalid(codes: &[u16]) -> Failure {

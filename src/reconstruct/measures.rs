@@ -18,6 +18,12 @@ pub fn roof_heights(heights: &mut [f64]) -> Option<RoofHeights> {
     Some(RoofHeights { min: at(0.0)?, p50: at(0.5)?, p70: at(0.7)?, max: at(1.0)? })
 }
 
+/// The highest point of some solids, local metres.
+pub fn top<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<f64> {
+    let heights = solids.flat_map(|solid| solid.vertices.iter().map(|v| v[2] as f64 * solid.step[2]));
+    heights.max_by(f64::total_cmp)
+}
+
 /// The shape of the roof from the slopes of its surfaces; `None` without roof surfaces.
 pub fn roof_type(solids: &[Solid]) -> Option<RoofType> {
     let slopes: Vec<f64> = roof_surfaces(solids).filter_map(|surface| surface.slope).collect();

@@ -9,11 +9,13 @@ pub mod complex;
 pub(crate) mod confidence;
 mod decision;
 mod detected;
+mod footprint;
 mod hypotheses;
 pub mod labelling;
 mod ladder;
 mod measures;
 pub mod occupancy;
+mod open_ground;
 mod outline;
 mod parameters;
 mod partitioned;
@@ -21,11 +23,13 @@ pub mod primitives;
 mod revision;
 mod rounds;
 pub(crate) mod semantics;
+mod standing;
 pub mod surface;
+mod unmodelled;
 
 pub use detected::Detected;
 pub use hypotheses::Hypotheses;
-pub use parameters::{Parameters, Partition};
+pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
 
 use std::borrow::Cow;
@@ -34,15 +38,17 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
+use crate::completeness::tops;
 use crate::geometry::Aabb;
 use crate::site::Site;
-use crate::solid::{Model, Part, Solid};
+use crate::solid::{FootprintPolygon, Model, Part, Solid};
 use crate::validate;
 use complex::OUTSIDE;
 use confidence::Confidence;
 use decision::Decision;
 use labelling::Evidence;
 use occupancy::Occupancy;
+use standing::Standing;
 use surface::Labelled;
 
 /// Reconstructs one building; `field` says how much its cells are inside. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
@@ -53,39 +59,82 @@ use surface::Labelled;
 pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
-    let Attempt { mut measures, outline, result } =
-        ladder::descend(parameters, |parameters| attempt(site, parameters, field));
+    let site = &*footprint::without_slivers(site, &mut notes);
+    let (standing, stands) = Standing::new(site, parameters, &mut notes);
+    let Attempt { mut measures, outline, result, roof_points } = match stands {
+        Ok(()) => {
+            let whole = footprint::parted(&standing.site);
+            ladder::descend(parameters, |parameters| attempt(&whole, parameters, field))
+        }
+        Err(failure) => Attempt::failed(site, failure),
+    };
+    measures.open_ground = standing.open_ground;
     if let Some(why) = &measures.field_fallback {
         notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
     }
-    let solids = match result {
+    let (solids, failure) = match result {
         Ok(solids) => {
             measures.faults_lod22.clear();
-            Ok(solids)
+            (solids, None)
         }
-        Err(failure) => Err(failure),
+        Err(failure) => (Vec::new(), Some(failure)),
     };
+    let step = site.frame.step();
     let footprint = match &site.footprint {
-        Some(footprint) => blocks::footprint(footprint, site.frame.step(), &mut notes),
-        None => outline::footprint(solids.as_deref().unwrap_or(&[]), outline.as_ref(), site.frame.step(), &mut notes),
+        Some(footprint) => blocks::footprint(footprint, step, &mut notes),
+        None => outline::footprint(&solids, outline.as_ref(), step, &mut notes),
     };
+    let share = format!("the tiles cover only {:.1} % of the footprint", 100.0 * site.coverage.share);
     if !site.coverage.is_complete() {
-        notes.push(format!("the tiles cover only {:.1} % of the footprint", 100.0 * site.coverage.share));
+        notes.push(share.clone());
+    }
+    let is_block = standing.is_partial && parameters.partial == Partial::Block;
+    let failure = failure.or(is_block.then(|| Failure::new(Reason::Incomplete, share.clone())));
+    if is_block {
+        // What was made of the covered part says nothing of a block.
+        let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, .. } = &mut measures;
+        (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
     }
     let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts: Vec::new() };
-    let failure = match solids {
-        Ok(solids) => {
-            model.parts = solids.into_iter().map(|solid| Part { lod22: Some(solid), lod12: None }).collect();
-            None
-        }
-        Err(failure) => Some(failure),
+    if failure.is_none() {
+        model.parts = solids.into_iter().map(|solid| Part { lod22: Some(solid), lod12: None }).collect();
+    }
+    let roof_heights = |left_out: &[u32]| {
+        let heights = roof_points.iter().filter(|i| left_out.binary_search(i).is_err());
+        measures::roof_heights(&mut heights.filter_map(|&i| Some(site.points.get(i as usize)?.z)).collect::<Vec<_>>())
     };
-    add_blocks(site, &mut model, &measures);
+    let mut left_out = left_out(site, model.lod22(), false, parameters);
+    measures.roof_heights = roof_heights(&left_out).or(measures.roof_heights);
+    match &standing.site {
+        Cow::Owned(standing) => {
+            let under = standing.footprint.as_ref().map(|under| blocks::footprint(under, step, &mut Vec::new()));
+            add_blocks(site, &under.unwrap_or_default(), &mut model, &measures);
+        }
+        Cow::Borrowed(_) => add_blocks(site, &model.footprint.clone(), &mut model, &measures),
+    }
+    if failure.is_some() {
+        left_out = self::left_out(site, model.lod12(), true, parameters);
+        measures.roof_heights = roof_heights(&left_out).or(measures.roof_heights);
+    }
+    if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
+        heights.max = top;
+    }
+    if !left_out.is_empty() {
+        let count = left_out.len();
+        notes.push(format!(
+            "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
+        ));
+    }
+    let mut left_out = left_out.into_iter().peekable();
+    let modelled: Vec<Point3<f64>> =
+        (0_u32..).zip(&site.points).filter(|(i, _)| left_out.next_if_eq(i).is_none()).map(|(_, p)| *p).collect();
     measures.volume_lod12 = volume(model.lod12());
-    measures.rmse_lod12 = measures::rmse(model.lod12(), &site.points);
+    measures.rmse_lod12 = measures::rmse(model.lod12(), &modelled);
     measures.volume_lod22 = volume(model.lod22());
-    measures.rmse_lod22 = measures::rmse(model.lod22(), &site.points);
+    measures.rmse_lod22 = measures::rmse(model.lod22(), &modelled);
+    measures.confidence = confidence::of_model(&measures, area(standing.site.footprint.as_ref()));
     let outcome = match failure {
+        None if standing.is_partial => Outcome::Partial { reason: Reason::Incomplete, detail: share },
         None => Outcome::Lod22,
         Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
@@ -99,6 +148,26 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         measures,
         notes,
     }
+}
+
+/// The points of what is too small to stand, or hovers, over solids; none without solids. Ascending.
+fn left_out<'a>(
+    site: &Site,
+    solids: impl Iterator<Item = &'a Solid>,
+    is_block: bool,
+    parameters: &Parameters,
+) -> Vec<u32> {
+    let mut solids = solids.peekable();
+    if solids.peek().is_none() {
+        return Vec::new();
+    }
+    let model = tops(solids);
+    unmodelled::unmodelled(&site.points, &model, site.ground.height, parameters.completeness.height, is_block)
+}
+
+/// Area of a footprint in square metres, if there is one.
+fn area(footprint: Option<&MultiPolygon<f64>>) -> Option<f64> {
+    footprint.map(geo::Area::unsigned_area).filter(|area| *area > 0.0)
 }
 
 /// The site without the points whose coordinates are not numbers, or not within reach of the local frame.
@@ -139,25 +208,36 @@ struct Attempt {
     outline: Option<MultiPolygon<f64>>,
     /// The solids, or why there are none.
     result: Result<Vec<Solid>, Failure>,
+    /// The building points on roofs, ascending.
+    roof_points: Vec<u32>,
+}
+
+impl Attempt {
+    /// None was made.
+    fn failed(site: &Site, failure: Failure) -> Self {
+        Self { measures: first_measures(site), outline: None, result: Err(failure), roof_points: Vec::new() }
+    }
+}
+
+/// What is known of a building before anything is made of it.
+fn first_measures(site: &Site) -> Measures {
+    Measures {
+        ground: Some(site.ground),
+        coverage: Some(site.coverage),
+        points: site.points.len(),
+        ..Measures::default()
+    }
 }
 
 fn attempt(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
-    let mut solution = Solution {
-        measures: Measures {
-            ground: Some(site.ground),
-            coverage: Some(site.coverage),
-            points: site.points.len(),
-            ..Measures::default()
-        },
-        ..Solution::default()
-    };
+    let mut solution = Solution { measures: first_measures(site), ..Solution::default() };
     let result = Detected::new(site, parameters).and_then(|detected| {
         solve(site, &detected, parameters, field, &mut solution)?;
         rounds::improve(site, &detected, parameters, field, &mut solution);
         Ok(())
     });
-    let Solution { measures, outline, solids } = solution;
-    Attempt { measures, outline, result: result.map(|()| solids) }
+    let Solution { measures, outline, solids, roof_points } = solution;
+    Attempt { measures, outline, result: result.map(|()| solids), roof_points }
 }
 
 /// What the method made of the planes that it was given.
@@ -169,6 +249,8 @@ struct Solution {
     outline: Option<MultiPolygon<f64>>,
     /// The solids.
     solids: Vec<Solid>,
+    /// The building points on roofs, ascending.
+    roof_points: Vec<u32>,
 }
 
 /// The road of the paper from the planes on, once. What was measured before a failure stands in `solution`.
@@ -179,7 +261,7 @@ fn solve(
     field: &dyn Occupancy,
     solution: &mut Solution,
 ) -> Result<(), Failure> {
-    let Solution { measures, outline, .. } = solution;
+    let Solution { measures, outline, roof_points, .. } = solution;
     let partitioned = Partitioned::with(site, detected, parameters)?;
     let Partitioned { hypotheses, complex, volumes, fixed, .. } = &partitioned;
     if site.footprint.is_none() {
@@ -187,13 +269,9 @@ fn solve(
     }
     measures.primitives = hypotheses.detected;
     measures.roof_heights = measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
+    *roof_points = hypotheses.roof_inliers();
     measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
-    measures.point_density = site
-        .footprint
-        .as_ref()
-        .map(geo::Area::unsigned_area)
-        .filter(|area| *area > 0.0)
-        .map(|area| site.points.len() as f64 / area);
+    measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
 
     measures.cells = complex.cells.len();
 
@@ -272,16 +350,12 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
         .collect()
 }
 
-/// Adds the LoD 1.2 block of every footprint polygon, up to the 70th percentile of the roof heights.
-fn add_blocks(site: &Site, model: &mut Model, measures: &Measures) {
+/// Adds the LoD 1.2 block of every polygon that something stands on, up to the 70th percentile of the roof heights.
+fn add_blocks(site: &Site, standing: &[FootprintPolygon], model: &mut Model, measures: &Measures) {
     let Some(heights) = measures.roof_heights else { return };
     let top = grid_height(site, heights.p70);
-    let blocks: Vec<Solid> = model
-        .footprint
-        .iter()
-        .filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()))
-        .collect();
-    for (i, block) in blocks.into_iter().enumerate() {
+    let blocks = standing.iter().filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()));
+    for (i, block) in blocks.collect::<Vec<_>>().into_iter().enumerate() {
         match model.parts.get_mut(i) {
             Some(part) => part.lod12 = Some(block),
             None => model.parts.push(Part { lod12: Some(block), lod22: None }),

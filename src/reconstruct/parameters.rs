@@ -17,6 +17,13 @@ pub struct Parameters {
     /// stand outside it.
     #[schemars(range(min = 0.0))]
     pub footprint_tolerance: f64,
+    /// What becomes of open ground inside a footprint: seen from above, with no building point over it.
+    pub open_ground: OpenGround,
+    /// Smallest open ground, square metres.
+    #[schemars(range(min = 0.0))]
+    pub open_ground_area: f64,
+    /// What becomes of a footprint that the tiles cover in part.
+    pub partial: Partial,
     /// Smallest difference in height between neighbouring roofs that gets a wall, metres.
     #[schemars(range(min = 0.0))]
     pub step_height: f64,
@@ -44,11 +51,36 @@ pub enum Partition {
     Exhaustive,
 }
 
+/// What becomes of open ground inside a footprint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpenGround {
+    /// No solid stands there.
+    #[default]
+    Carve,
+    /// It is built over.
+    Keep,
+}
+
+/// What becomes of a footprint that the tiles cover in part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Partial {
+    /// A model of the covered part.
+    #[default]
+    Covered,
+    /// The LoD 1.2 block over the whole footprint.
+    Block,
+}
+
 impl Default for Parameters {
     fn default() -> Self {
         Self {
             detection: DetectionParameters::default(),
             footprint_tolerance: 0.1,
+            open_ground: OpenGround::default(),
+            open_ground_area: 4.0,
+            partial: Partial::default(),
             step_height: 0.3,
             step_length: 0.8,
             partition: Partition::Adaptive,

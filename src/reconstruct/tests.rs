@@ -39,6 +39,7 @@ fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) ->
         ground_points: Vec::new(),
         ground: Ground { height: 0.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
+        covered: None,
         attributes: Map::new(),
     }
 }
@@ -242,4 +243,93 @@ fn a_passage_that_was_scanned_stays_open_under_a_field_that_knows_it() {
     assert_eq!(count(solid, SurfaceType::OuterCeiling), 1);
     let vote = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
     assert!((only_solid(&vote).volume() - 12.0 * 8.0 * 9.0).abs() < 10.0, "the ceiling is not taken for the roof");
+}
+
+/// A flat roof of 20 m by 16 m at 6 m around a courtyard of 8 m by 6 m, which the footprint has not.
+fn around_a_courtyard() -> Site {
+    let court = |x: f64, y: f64| (6.0..14.0).contains(&x) && (5.0..11.0).contains(&y);
+    let roofs = site(rectangle(20.0, 16.0), 0.5, |x, y| (!court(x, y)).then_some(6.0));
+    let ground = site(rectangle(20.0, 16.0), 0.5, |x, y| court(x, y).then_some(0.0));
+    Site { ground_points: ground.points, ..roofs }
+}
+
+#[test]
+fn open_ground_is_no_part_of_the_solid() {
+    let site = around_a_courtyard();
+    let carved = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
+    let solid = only_solid(&carved);
+    assert!((solid.volume() / 6.0 - 272.0).abs() < 6.0, "{}", solid.volume());
+    let block = carved.model.lod12().next().unwrap();
+    assert!((block.volume() / 6.0 - 272.0).abs() < 6.0, "{}", block.volume());
+    assert_eq!((carved.model.footprint.len(), carved.model.footprint[0].len()), (1, 1), "LoD 0 is the footprint");
+    assert!((carved.measures.open_ground.unwrap() - 48.0).abs() < 4.0);
+    assert!(carved.notes.iter().any(|note| note.contains("no solid stands there")), "{:?}", carved.notes);
+
+    let parameters = Parameters { open_ground: OpenGround::Keep, ..Parameters::default() };
+    let kept = reconstruct(&site, &parameters, &occupancy::HeightField);
+    assert!((only_solid(&kept).volume() / 6.0 - 320.0).abs() < 3.0);
+    assert_eq!(kept.measures.open_ground, carved.measures.open_ground);
+    assert!(kept.notes.iter().any(|note| note.contains("built over")), "{:?}", kept.notes);
+    assert!(kept.measures.confidence < carved.measures.confidence);
+}
+
+#[test]
+fn on_open_ground_nothing_is_built() {
+    let site = site(rectangle(12.0, 10.0), 0.5, |_, _| Some(0.0));
+    let ground_points = site.points.clone();
+    let points = vec![Point3::new(3.0, 3.0, 5.0)];
+    let building =
+        reconstruct(&Site { points, ground_points, ..site }, &Parameters::default(), &occupancy::HeightField);
+    assert!(
+        matches!(building.outcome, Outcome::FootprintOnly { reason: Reason::OpenGround, .. }),
+        "{:?}",
+        building.outcome
+    );
+    assert_eq!((building.model.footprint.len(), building.model.parts.len()), (1, 0));
+}
+
+#[test]
+fn what_no_tile_covers_is_not_made_up() {
+    let whole = site(rectangle(12.0, 8.0), 0.35, |x, _| (x < 7.0).then_some(6.0));
+    let covered = rectangle(7.0, 8.0);
+    let partial = Site { coverage: Coverage { share: 7.0 / 12.0 }, covered: Some(covered), ..whole };
+    let building = reconstruct(&partial, &Parameters::default(), &occupancy::HeightField);
+    assert!(matches!(building.outcome, Outcome::Partial { reason: Reason::Incomplete, .. }), "{:?}", building.outcome);
+    let solids: Vec<&Solid> = building.model.lod22().collect();
+    assert_eq!((solids.len(), building.ladder_step()), (1, Some(crate::building::LadderStep::Partial)));
+    assert!((solids[0].volume() - 336.0).abs() < 5.0, "{}", solids[0].volume());
+    assert!(building.measures.confidence.unwrap() <= 7.0 / 12.0);
+
+    let parameters = Parameters { partial: Partial::Block, ..Parameters::default() };
+    let block = reconstruct(&partial, &parameters, &occupancy::HeightField);
+    assert!(matches!(block.outcome, Outcome::Lod12 { reason: Reason::Incomplete, .. }), "{:?}", block.outcome);
+    assert_eq!(block.model.lod22().count(), 0);
+    assert!((block.measures.volume_lod12.unwrap() - 576.0).abs() < 3.0, "{:?}", block.measures);
+    assert_eq!((block.measures.confidence, block.measures.roof_planes), (None, None));
+}
+
+#[test]
+fn a_hole_that_touches_the_outline_costs_no_more_than_a_gap() {
+    let ring = |corners: &[(f64, f64)]| LineString::from(corners.to_vec());
+    let exterior = ring(&[(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)]);
+    let hole = ring(&[(0.0, 4.0), (3.0, 6.0), (3.0, 2.0)]);
+    let site = site(MultiPolygon(vec![Polygon::new(exterior, vec![hole])]), 0.4, |_, _| Some(6.0));
+    let building = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
+    let solid = only_solid(&building);
+    assert!((solid.volume() / 6.0 - 74.0).abs() < 1.0, "{}", solid.volume());
+}
+
+#[test]
+fn what_hovers_is_in_no_height_and_in_no_rmse() {
+    let mut site = site(rectangle(12.0, 8.0), 0.35, |_, _| Some(6.0));
+    for i in 0..5 {
+        let x = 4.0 + 0.2 * f64::from(i);
+        site.points.push(Point3::new(x, 4.0, 500.0));
+    }
+    let building = reconstruct(&site, &Parameters::default(), &occupancy::HeightField);
+    only_solid(&building);
+    assert!(building.measures.rmse_lod22.unwrap() < 0.1, "{:?}", building.measures);
+    assert!(building.measures.rmse_lod12.unwrap() < 0.1, "{:?}", building.measures);
+    assert!(building.measures.roof_heights.unwrap().max < 6.1, "{:?}", building.measures);
+    assert!(building.notes.iter().any(|note| note.starts_with("5 point(s)")), "{:?}", building.notes);
 }

@@ -23,6 +23,8 @@ pub struct Counts {
     pub with_points: usize,
     /// Buildings with a LoD 2.2 model.
     pub buildings_lod22: usize,
+    /// Buildings with a LoD 2.2 model of the part that the tiles cover.
+    pub buildings_partial: usize,
     /// Buildings with a LoD 1.2 model only.
     pub buildings_lod12: usize,
     /// Buildings without a model that ought to have one: they hold points, or their geometry is unusable.
@@ -78,6 +80,7 @@ impl Counts {
         }
         match &building.outcome {
             Outcome::Lod22 => self.buildings_lod22 += 1,
+            Outcome::Partial { .. } => self.buildings_partial += 1,
             Outcome::Lod12 { reason, .. } => {
                 self.buildings_lod12 += 1;
                 *self.fallbacks.entry(*reason).or_default() += 1;

@@ -199,6 +199,7 @@ mod tests {
             ground_points: Vec::new(),
             ground: Ground { height: 1.25, spread: 0.1, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
+            covered: None,
             attributes: serde_json::Map::new(),
         }
     }

@@ -97,7 +97,7 @@ fn hash_of_task(task: &Task) -> u64 {
 }
 
 fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
-    let Site { id, frame, footprint, points, ground_points, ground, coverage, attributes } = site;
+    let Site { id, frame, footprint, points, ground_points, ground, coverage, covered, attributes } = site;
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
     [ground.height, ground.spread, coverage.share].into_iter().for_each(&mut number);
@@ -106,7 +106,7 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
         number(points.len() as f64);
         points.iter().flat_map(|point| point.iter().copied()).for_each(&mut number);
     }
-    for polygon in footprint.iter().flatten() {
+    for polygon in [footprint, covered].into_iter().flatten().flatten() {
         for ring in std::iter::once(polygon.exterior()).chain(polygon.interiors()) {
             // The length keeps a hole from being taken for more of the exterior.
             number(ring.0.len() as f64);

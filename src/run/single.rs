@@ -77,5 +77,5 @@ pub(super) fn stand_ins(tiles: &[Tile], id: &str, options: &SegmentOptions) -> R
 
 /// Takes a stand-in away again: what is left is the points and the ground.
 pub(super) fn without_footprint(site: Site) -> Site {
-    Site { footprint: None, ground_points: Vec::new(), coverage: Coverage { share: 1.0 }, ..site }
+    Site { footprint: None, ground_points: Vec::new(), coverage: Coverage { share: 1.0 }, covered: None, ..site }
 }

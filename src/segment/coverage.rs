@@ -7,6 +7,8 @@ use geo::{Area, BooleanOps, BoundingRect, MultiPolygon, Rect, coord, unary_union
 /// Edges of tiles this close to one another are taken for one edge, metres. Extents are tight around the points, so
 /// tiles that were cut from one cloud have gaps of about the spacing of the points between them, and ragged sides.
 const SEAM: f64 = 1.0;
+/// Extents are tight around points, which lie about this far apart, metres: what is no farther outside is covered.
+const BESIDE: f64 = 0.5;
 /// Shares are rounded to this many steps, so that they do not hang on the last bit of an area.
 const SHARE_STEPS: f64 = 1e6;
 
@@ -39,17 +41,54 @@ pub(super) fn seamless(extents: &[Extent], metres_per_unit: [f64; 3]) -> Vec<([f
 
 /// The share of `polygon` (local metres) that lies in any of `rectangles` (CRS units).
 pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])]) -> Coverage {
-    let Some(around) = polygon.bounding_rect() else { return Coverage { share: 0.0 } };
-    let local = |place: [f64; 2]| {
+    let area = polygon.unsigned_area();
+    let share = match touching(polygon, frame, rectangles, 0.0) {
+        Touching::All => return Coverage { share: 1.0 },
+        Touching::Some(touching) if area > 0.0 => polygon.intersection(&touching).unsigned_area() / area,
+        Touching::Some(_) | Touching::None => 0.0,
+    };
+    Coverage { share: ((share * SHARE_STEPS).round() / SHARE_STEPS).clamp(0.0, 1.0) }
+}
+
+/// The part of `polygon` (local metres) that lies in any of `rectangles` (CRS units) or just beside them, for they are
+/// tight around points; `None` where that is all of it.
+pub(super) fn covered(
+    polygon: &MultiPolygon<f64>,
+    frame: &Frame,
+    rectangles: &[([f64; 2], [f64; 2])],
+) -> Option<MultiPolygon<f64>> {
+    let covered = match touching(polygon, frame, rectangles, BESIDE) {
+        Touching::All => return None,
+        Touching::Some(touching) => polygon.intersection(&touching),
+        Touching::None => MultiPolygon::new(Vec::new()),
+    };
+    let share = covered.unsigned_area() / polygon.unsigned_area();
+    (!Coverage { share }.is_complete()).then_some(covered)
+}
+
+/// What of some rectangles is near a polygon.
+enum Touching {
+    /// One of them holds all of it.
+    All,
+    /// These parts, in local metres.
+    Some(MultiPolygon<f64>),
+    /// Nothing.
+    None,
+}
+
+/// What of `rectangles`, made wider by `beside` metres, touches `polygon`.
+fn touching(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])], beside: f64) -> Touching {
+    let Some(around) = polygon.bounding_rect() else { return Touching::None };
+    let local = |place: [f64; 2], by: f64| {
         let point = frame.to_local([place[0], place[1], 0.0]);
-        coord! { x: point.x, y: point.y }
+        coord! { x: point.x + by, y: point.y + by }
     };
     let mut touching = Vec::new();
     for (low, high) in rectangles {
-        let (low, high) = (local(*low), local(*high));
+        let (low, high) = (local(*low, -beside), local(*high, beside));
         let (min, max) = (around.min(), around.max());
         if low.x <= min.x && low.y <= min.y && high.x >= max.x && high.y >= max.y {
-            return Coverage { share: 1.0 };
+            return Touching::All;
         }
         // Clipped to the surroundings of the footprint, because the grid of the overlay is relative to what it is given.
         let clipped = (
@@ -60,20 +99,15 @@ pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &
             touching.push(Rect::new(clipped.0, clipped.1).to_polygon());
         }
     }
-    let area = polygon.unsigned_area();
-    if touching.is_empty() || area <= 0.0 {
-        return Coverage { share: 0.0 };
-    }
-    let covered = polygon.intersection(&unary_union(&touching)).unsigned_area();
-    Coverage { share: ((covered / area * SHARE_STEPS).round() / SHARE_STEPS).clamp(0.0, 1.0) }
+    if touching.is_empty() { Touching::None } else { Touching::Some(unary_union(&touching)) }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{coverage, seamless};
+    use super::{coverage, covered, seamless};
     use crate::site::Frame;
     use crate::source::points::Extent;
-    use geo::{MultiPolygon, polygon};
+    use geo::{BoundingRect, MultiPolygon, coord, polygon};
 
     fn extent(x: [f64; 2], y: [f64; 2]) -> Extent {
         Extent { min: [x[0], y[0], 0.0], max: [x[1], y[1], 9.0] }
@@ -92,6 +126,19 @@ mod tests {
         assert_eq!(share(&[extent([90.0, 106.0], [190.0, 230.0]), extent([103.0, 120.0], [190.0, 203.0])]), 0.72);
         assert_eq!(share(&[extent([0.0, 50.0], [0.0, 50.0])]), 0.0);
         assert_eq!(share(&[]), 0.0);
+    }
+
+    #[test]
+    fn the_covered_part_ends_just_beside_the_tile() {
+        let square = MultiPolygon::new(vec![
+            polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)],
+        ]);
+        let frame = Frame { origin: [100.0, 200.0, 0.0], metres_per_unit: [1.0; 3] };
+        let part = |x: f64| covered(&square, &frame, &seamless(&[extent([90.0, x], [190.0, 230.0])], [1.0; 3]));
+        let rect = part(104.0).and_then(|part| part.bounding_rect()).unwrap();
+        assert_eq!((rect.min(), rect.max()), (coord! { x: 0.0, y: 0.0 }, coord! { x: 4.5, y: 10.0 }));
+        assert_eq!(part(109.6), None);
+        assert!(part(95.0).is_some_and(|part| part.0.is_empty()));
     }
 
     #[test]

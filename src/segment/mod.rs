@@ -29,6 +29,7 @@ use crate::site::{Coverage, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
+use geo::MultiPolygon;
 use harvest::{Harvest, Roles};
 use nalgebra::Point3;
 use naming::Naming;
@@ -138,10 +139,19 @@ fn join(
     let mut notes = Vec::with_capacity(footprints.len());
     let places = all.frames.into_iter().zip(all.polygons);
     for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
-        let Finished { points, ground_points, ground, coverage } = finished;
+        let Finished { points, ground_points, ground, coverage, covered } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
-        let polygon = Some(polygon);
-        sites.push(Site { id, frame, footprint: polygon, points, ground_points, ground, coverage, attributes });
+        sites.push(Site {
+            id,
+            frame,
+            footprint: Some(polygon),
+            points,
+            ground_points,
+            ground,
+            coverage,
+            covered,
+            attributes,
+        });
         notes.push(footprint.notes);
     }
     let mut problems = harvest.problems;
@@ -155,6 +165,7 @@ struct Finished {
     ground_points: Vec<Point3<f64>>,
     ground: Ground,
     coverage: Coverage,
+    covered: Option<MultiPolygon<f64>>,
 }
 
 /// Makes footprint `index` ready, of which `points` were harvested beside the `thinned` ground and lowest points. Gives
@@ -184,9 +195,11 @@ fn finish(
         dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, all.prepared(index), options) as u64;
     }
     counts.kept = points.len() as u64;
-    let coverage = coverage::coverage(&all.polygons[index], &all.frames[index], rectangles);
+    let (polygon, frame) = (&all.polygons[index], &all.frames[index]);
+    let coverage = coverage::coverage(polygon, frame, rectangles);
+    let covered = if coverage.is_complete() { None } else { coverage::covered(polygon, frame, rectangles) };
     let points = points.into_iter().map(Point3::from).collect();
-    (Finished { points, ground_points: Vec::new(), ground, coverage }, has_points.then_some(counts))
+    (Finished { points, ground_points: Vec::new(), ground, coverage, covered }, has_points.then_some(counts))
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

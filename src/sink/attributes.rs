@@ -55,28 +55,31 @@ const fn row(
 /// All attributes that gable gives a building, in the order in which they are written. Those that do not apply are left
 /// out.
 pub const ATTRIBUTES: &[Attribute] = &[
-    row("gable_success", "", "whether every part is a valid LoD 2.2 solid", |s| {
-        Some((s.building.outcome == Outcome::Lod22).into())
-    }),
+    row(
+        "gable_success",
+        "",
+        "whether every part is a valid LoD 2.2 solid, and the tiles cover the whole footprint",
+        |s| Some((s.building.outcome == Outcome::Lod22).into()),
+    ),
     row("gable_lod", "", "highest level of detail that was reached: 2.2, 1.2 or 0", |s| {
         Some(match s.building.outcome {
-            Outcome::Lod22 => "2.2".into(),
+            Outcome::Lod22 | Outcome::Partial { .. } => "2.2".into(),
             Outcome::Lod12 { .. } => "1.2".into(),
             Outcome::FootprintOnly { .. } => "0".into(),
             Outcome::Rejected { .. } => return None,
         })
     }),
-    row("gable_fallback_reason", "", "why LoD 2.2 was not reached, as a keyword", |s| {
+    row("gable_fallback_reason", "", "why LoD 2.2 of the whole building was not reached, as a keyword", |s| {
         s.building.outcome.reason().and_then(|(reason, _)| keyword(reason))
     }),
-    row("gable_fallback_detail", "", "why LoD 2.2 was not reached, in words", |s| {
+    row("gable_fallback_detail", "", "why LoD 2.2 of the whole building was not reached, in words", |s| {
         s.building.outcome.reason().map(|(_, detail)| detail.into())
     }),
     row(
         "gable_ladder_step",
         "",
         "on which step of the ladder the model stands: lod22, lod22-coarse (tolerances times 2), lod22-coarsest (times \
-         4), lod12 or footprint",
+         4), partial (LoD 2.2 of what the tiles cover), lod12 or footprint",
         |s| s.building.ladder_step().and_then(keyword),
     ),
     row("gable_ladder_reasons", "", "why the steps of LoD 2.2 above it were left, as keywords, finest first", |s| {
@@ -101,7 +104,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_height_roof_70p", "CRS", "70th percentile of the heights of the roof points: top of LoD 1.2", |s| {
         s.roof_height(|h| h.p70)
     }),
-    row("gable_height_roof_max", "CRS", "height of the highest roof point", |s| s.roof_height(|h| h.max)),
+    row(
+        "gable_height_roof_max",
+        "CRS",
+        "height of the highest point of the roof: of the model at LoD 2.2, without it of the points",
+        |s| s.roof_height(|h| h.max),
+    ),
     row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
         s.height(s.building.measures.ridge_height)
     }),
@@ -117,9 +125,13 @@ pub const ATTRIBUTES: &[Attribute] = &[
         "root mean square of the distances of the points to the nearest face at LoD 2.2",
         |s| number(s.building.measures.rmse_lod22, 3),
     ),
-    row("gable_confidence", "", "how sure the field is of the model's surface at LoD 2.2, 0 to 1", |s| {
-        number(s.building.measures.confidence, 3)
-    }),
+    row(
+        "gable_confidence",
+        "",
+        "how far the model at LoD 2.2 can be trusted, 0 to 1: how sure the field is, less what is missing, in excess, without \
+         data or not covered",
+        |s| number(s.building.measures.confidence, 3),
+    ),
     row(
         "gable_missing_area",
         "m²",
@@ -166,6 +178,9 @@ pub const ATTRIBUTES: &[Attribute] = &[
     }),
     row("gable_coverage", "", "share of the footprint that the given tiles cover", |s| {
         number(s.building.measures.coverage.map(|coverage| coverage.share), 4)
+    }),
+    row("gable_open_ground_area", "m²", "open ground inside the footprint: nothing was scanned above it", |s| {
+        number(s.building.measures.open_ground, 2)
     }),
     row(
         "gable_ground_source",

@@ -19,6 +19,7 @@ mod pipeline;
 mod reconstruct;
 mod resume;
 mod simulate;
+mod standing;
 mod trial;
 mod validate;
 mod view;

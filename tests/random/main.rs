@@ -26,8 +26,8 @@ use std::sync::{Mutex, PoisonError};
 
 use gable::network::{Field, FieldOptions};
 use gable::site::{Coverage, Frame, Ground, GroundSource, Site};
-use geo::Translate;
-use nalgebra::Vector3;
+use geo::{BooleanOps, BoundingRect, MultiPolygon, Rect, Translate, coord};
+use nalgebra::{Point3, Vector3};
 use serde_json::Map;
 
 use draw::Draw;
@@ -54,7 +54,7 @@ fn case(number: u64) -> Case {
     }
     let is_bare = draw.chance(0.1);
     let unit = draw.of(&[1.0, 1.0, 1.0, 0.3048, 1200.0 / 3937.0]);
-    let site = Site {
+    let mut site = Site {
         id: number.to_string(),
         frame: Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [unit; 3] },
         footprint: (!is_bare).then_some(footprint),
@@ -62,12 +62,44 @@ fn case(number: u64) -> Case {
         ground_points: Vec::new(),
         ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
+        covered: None,
         attributes: Map::new(),
     };
+    thin_out(&mut site, &mut draw);
     let bare = if is_bare { "no footprint" } else { shape };
     let far = if far == 0.0 { "" } else { ", far" };
     let name = format!("{bare}, {} {:.2} m above ground, {}{far}", cloud.roof, cloud.eaves - cloud.ground, cloud.ill);
     Case { site, name }
+}
+
+/// Opens the ground in a part of some sites, and leaves a part of some without any tile.
+fn thin_out(site: &mut Site, draw: &mut Draw) {
+    let Some(around) = site.footprint.as_ref().and_then(BoundingRect::bounding_rect) else { return };
+    let mut place = || {
+        let (x, y) = (draw.of(&[0.0, 0.2, 0.4, 0.7]), draw.of(&[0.0, 0.3, 0.6]));
+        let low = coord! { x: around.min().x + x * around.width(), y: around.min().y + y * around.height() };
+        let size = draw.of(&[0.2, 0.5, 1.0]);
+        Rect::new(low, coord! { x: low.x + size * around.width(), y: low.y + size * around.height() })
+    };
+    let (open, covered) = (place(), place());
+    if draw.chance(0.3) {
+        let inside =
+            |x: f64, y: f64| (open.min().x..open.max().x).contains(&x) && (open.min().y..open.max().y).contains(&y);
+        site.points.retain(|p| !inside(p.x, p.y));
+        let steps = |length: f64| (length / 0.5).min(100.0) as u32;
+        for i in 0..steps(open.width()) {
+            for j in 0..steps(open.height()) {
+                let (x, y) = (open.min().x + 0.5 * f64::from(i), open.min().y + 0.5 * f64::from(j));
+                site.ground_points.push(Point3::new(x, y, site.ground.height + 0.1));
+            }
+        }
+    }
+    if draw.chance(0.2) {
+        let part =
+            site.footprint.as_ref().map(|footprint| footprint.intersection(&MultiPolygon(vec![covered.to_polygon()])));
+        site.coverage.share = 0.5;
+        site.covered = part;
+    }
 }
 
 /// A number from the environment.

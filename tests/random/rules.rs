@@ -116,6 +116,9 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
     let (solids, blocks) = (model.lod22().count(), model.lod12().count());
     let explained = match &building.outcome {
         Outcome::Lod22 => solids > 0 && building.ladder_step().is_some(),
+        Outcome::Partial { reason, detail } => {
+            solids > 0 && site.covered.is_some() && *reason == Reason::Incomplete && !detail.is_empty()
+        }
         Outcome::Lod12 { reason, detail } => {
             solids == 0 && blocks > 0 && *reason != Reason::Internal && !detail.is_empty()
         }

@@ -35,6 +35,14 @@ pub fn footprint(footprint: &MultiPolygon<f64>, step: [f64; 3], notes: &mut Vec<
     mend(quantised, step, notes)
 }
 
+/// Where the footprint touches itself once on the grid, in local metres: places where two of a polygon's rings, or two
+/// parts of one, share a point.
+pub(super) fn touches(footprint: &MultiPolygon<f64>, step: [f64; 3]) -> Vec<[f64; 2]> {
+    let quantised = quantise_footprint(footprint, step);
+    let places = quantised.iter().flat_map(|polygon| repair::touches(polygon, snap_in_steps(step)));
+    places.map(|place| [0, 1].map(|axis| place[axis] as f64 * step[axis])).collect()
+}
+
 /// Polygons on the grid with every fault that rounding made taken out, as [`footprint`] returns them.
 pub fn mend(polygons: Vec<FootprintPolygon>, step: [f64; 3], notes: &mut Vec<String>) -> Vec<FootprintPolygon> {
     let snap = snap_in_steps(step);

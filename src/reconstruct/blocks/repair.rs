@@ -75,6 +75,19 @@ pub(super) fn mend(polygon: FootprintPolygon, snap: f64, notes: &mut Vec<String>
     done
 }
 
+/// The points that two rings of a polygon, or two parts of one, share; sorted.
+pub(super) fn touches(polygon: &FootprintPolygon, snap: f64) -> Vec<Point> {
+    let rings = orderly(polygon.clone(), snap, true, &mut Vec::new()).unwrap_or_default();
+    let shared = |conflict: Conflict| match conflict {
+        Conflict::Touch { vertex, exact: true, .. } => Some(rings[vertex.ring][vertex.index]),
+        _ => None,
+    };
+    let mut points: Vec<Point> = conflicts(&rings, snap).into_iter().filter_map(shared).collect();
+    points.sort_unstable();
+    points.dedup();
+    points
+}
+
 /// Adds a note unless it is there.
 fn note(notes: &mut Vec<String>, text: impl Into<String>) {
     let text = text.into();

@@ -34,7 +34,7 @@ fn simplify_ring(ring: &LineString<f64>, tolerance: f64) -> LineString<f64> {
 /// Indices of the vertices of a ring (not closed) that are needed to stay within `tolerance` metres of it, at least
 /// three: drops, one after the other, the vertex that costs least, as long as every vertex stays within `tolerance` of
 /// the chord that replaces it.
-pub(super) fn needed(ring: &[Coord<f64>], tolerance: f64) -> Vec<usize> {
+pub(in crate::reconstruct) fn needed(ring: &[Coord<f64>], tolerance: f64) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..ring.len()).collect();
     let cost = |kept: &[usize], i: usize| {
         let count = kept.len();

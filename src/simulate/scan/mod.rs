@@ -60,6 +60,7 @@ impl Scan {
             ground_points: Vec::new(),
             ground: Ground { height: self.ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
+            covered: None,
             attributes: Map::new(),
         }
     }

@@ -20,6 +20,7 @@ fn flat() -> Site {
         ground_points: Vec::new(),
         ground: Ground { height: 1.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
+        covered: None,
         attributes: serde_json::Map::new(),
     }
 }
