@@ -66,7 +66,14 @@ fn an_old_city_cut_by_the_edge_of_its_tiles() {
     assert_valid(&out);
     for building in report_of(&out)["buildings"].as_array().unwrap() {
         if building["points"].as_u64().unwrap() >= 50 {
-            assert_eq!(building["outcome"], "lod22", "{building:#}");
+            // Half a metre beyond the tiles counts as covered, so that some are whole that the tiles do not quite cover.
+            let coverage = building["coverage"].as_f64().unwrap();
+            let outcome = building["outcome"].as_str().unwrap();
+            match coverage {
+                0.999.. => assert_eq!(outcome, "lod22", "{building:#}"),
+                ..0.9 => assert_eq!(outcome, "partial", "{building:#}"),
+                _ => assert!(["lod22", "partial"].contains(&outcome), "{building:#}"),
+            }
         }
     }
     let overall = figures(&out, &[&one, &two]);

@@ -56,9 +56,11 @@ impl<'a> RoofEvidence<'a> {
         centre: &Point3<f64>,
     ) -> Vote {
         let (mut inside, mut doubtful, mut total) = (0.0, 0.0, 0.0);
-        let columns = self.map.range(0, low.x, high.x);
         for row in self.map.range(1, low.y, high.y) {
-            for column in columns.clone() {
+            let [west, east] = between_walls(sides, self.map.centre(0, row).y, [low.x, high.x]);
+            // A pixel more at both ends: the stretches below decide, to the last bit.
+            let [west, east] = [(west - self.map.pixel()).max(low.x), (east + self.map.pixel()).min(high.x)];
+            for column in self.map.range(0, west, east) {
                 let p = self.map.centre(column, row);
                 let Some([bottom, top]) = stretch(sides, p.x, p.y, low.z, high.z) else { continue };
                 total += top - bottom;
@@ -92,6 +94,16 @@ pub(super) struct Vote {
     pub inside: f64,
     /// How much of it is in [doubt](Doubt), 0 to 1.
     pub doubt: f64,
+}
+
+/// What the sides that stand, whose normals point out of the cell, leave of the range `x` at `y`: of a long cell that
+/// runs askew only a small part of the box.
+fn between_walls(sides: &[Plane], y: f64, x: [f64; 2]) -> [f64; 2] {
+    let walls = sides.iter().filter(|side| side.normal.z.abs() < 1e-9 && side.normal.x.abs() > 1e-9);
+    walls.fold(x, |[west, east], side| {
+        let crossing = -(side.normal.y * y + side.offset) / side.normal.x;
+        if side.normal.x > 0.0 { [west, east.min(crossing)] } else { [west.max(crossing), east] }
+    })
 }
 
 /// The stretch of the vertical line at `(x, y)` on the inner side of all `sides`, whose normals point out of the cell.
