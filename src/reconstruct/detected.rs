@@ -16,7 +16,7 @@ const GROUND_FLOOR: f64 = 0.5;
 /// The planes of a building by what they are parts of.
 #[derive(Debug, Clone)]
 pub struct Detected {
-    /// Planes seen from above; those that a [revision](super::revision) added come last.
+    /// Planes seen from above; those that a revision added come last.
     pub roofs: Vec<Primitive>,
     /// Planes that look down.
     pub undersides: Vec<Primitive>,
