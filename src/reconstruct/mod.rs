@@ -92,7 +92,8 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let failure = failure.or(is_block.then(|| Failure::new(Reason::Incomplete, share.clone())));
     if is_block {
         // What was made of the covered part says nothing of a block.
-        let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, .. } = &mut measures;
+        let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } = &mut measures;
+        *revision = None;
         (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
     }
     let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts: Vec::new() };
