@@ -50,7 +50,14 @@ fn setback(step: LadderStep, Failure { reason, detail, codes }: Failure) -> Setb
 
 /// Whether coarser tolerances may help: they make neither points nor planes.
 fn is_a_matter_of_size(reason: Reason) -> bool {
-    matches!(reason, Reason::NothingInside | Reason::InvalidSolid | Reason::TooComplex | Reason::AboveEvidence)
+    matches!(
+        reason,
+        Reason::NothingInside
+            | Reason::InvalidSolid
+            | Reason::TooComplex
+            | Reason::AboveEvidence
+            | Reason::WorseThanBlock
+    )
 }
 
 /// The parameters with every tolerance `scale` times as coarse; one that is almost 0 counts as half of its default, so
@@ -115,6 +122,7 @@ mod tests {
             outline: None,
             result,
             roof_points: Vec::new(),
+            fit: None,
         }
     }
 

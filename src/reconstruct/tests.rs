@@ -333,3 +333,14 @@ fn what_hovers_is_in_no_height_and_in_no_rmse() {
     assert!(building.measures.roof_heights.unwrap().max < 6.1, "{:?}", building.measures);
     assert!(building.notes.iter().any(|note| note.starts_with("5 point(s)")), "{:?}", building.notes);
 }
+
+#[test]
+fn a_field_whose_model_fits_worse_than_the_block_is_not_asked_again() {
+    let house = site(rectangle(12.0, 8.0), 0.35, |_, y| Some(8.0 - (y - 4.0).abs() * 0.8));
+    let vote = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);
+    let lifted = reconstruct(&house, &Parameters::default(), &Everywhere(1.0));
+    assert_eq!((lifted.model.parts, lifted.outcome), (vote.model.parts, Outcome::Lod22));
+    let why = lifted.measures.field_fallback.unwrap();
+    assert!(why.starts_with("by its answers the model fits its points to "), "{why}");
+    assert!(lifted.measures.setbacks.is_empty(), "{:?}", lifted.measures.setbacks);
+}

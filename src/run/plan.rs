@@ -176,6 +176,7 @@ fn bring(
         footprints: layer.footprints.len(),
         rejected: layer.rejected.len(),
         missing: layer.missing,
+        is_damaged: layer.is_damaged,
         crs: own_crs,
         id_attribute: layer.id_attribute,
     };
@@ -216,14 +217,12 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         let total = sites.len();
         journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
     }
-    let mut tasks: Vec<Task> = sites
-        .into_iter()
-        .zip(notes)
-        .map(|(site, notes)| {
-            let site = if plan.has_stand_ins { single::without_footprint(site) } else { site };
-            Task::Reconstruct { site: Box::new(site), notes }
-        })
-        .collect();
+    // Collecting in place would keep the memory of the larger sites.
+    let mut tasks: Vec<Task> = Vec::with_capacity(sites.len() + plan.rejected.len());
+    tasks.extend(sites.into_iter().zip(notes).map(|(site, notes)| {
+        let site = if plan.has_stand_ins { single::without_footprint(site) } else { site };
+        Task::Reconstruct { site: Box::new(site), notes }
+    }));
     tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
     Ok(tasks)
 }
