@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The load test: damaged files, bombs, kills, endless inputs, many footprints, large halls.
 
-    scripts/load-test.py            a few minutes, as CI runs it
+    scripts/load-test.py            under two minutes, as CI runs it
     scripts/load-test.py --long     about an hour
     scripts/load-test.py --only flips,kills --gable target/release/gable
 
@@ -270,7 +270,7 @@ def halls(bench, draw, sizes):
         building = json.loads(Path(f"{out}.report.json").read_text())["buildings"][0]
         rmse = building["rmse_lod22"]
         print(f"  hall {width} x {depth} m: RMSE {rmse} m in {seconds:.1f} s", flush=True)
-        if rmse is None or not rmse <= 0.05:
+        if rmse is None or not rmse <= 0.03:
             bench.breach("halls", f"{width} x {depth} m: RMSE {rmse} at LoD 2.2")
 
 
@@ -294,13 +294,14 @@ def empty(bench, count):
     report = json.loads(Path(f"{out}.report.json").read_text())
     memory = (report["peak_memory_bytes"] or 0) / 1e6
     print(f"  {count} empty footprints: {report['cpu_seconds']:.1f} CPU s, {memory:.0f} MB", flush=True)
-    if report["cpu_seconds"] > 2 + count / 20_000 or memory > 60 + count / 400:
+    # Half as much again as the processor time that was measured, and a tenth more memory.
+    if report["cpu_seconds"] > 0.5 + count / 25_000 or memory > 65 + count / 550:
         bench.breach("empty", f"{count} cost {report['cpu_seconds']:.1f} CPU s and {memory:.0f} MB")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--long", action="store_true", help="about an hour instead of a few minutes")
+    parser.add_argument("--long", action="store_true", help="about an hour instead of two minutes")
     parser.add_argument("--gable", type=Path, default=GABLE, help="the program")
     parser.add_argument("--seed", type=int, default=1, help="of the damage")
     parser.add_argument("--only", default="", help="kinds, by commas")

@@ -7,6 +7,7 @@ mod c;
 mod damage;
 mod examples;
 mod feed;
+mod halls;
 mod worse_than_block;
 
 use std::path::{Path, PathBuf};
