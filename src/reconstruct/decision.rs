@@ -19,28 +19,31 @@ pub(super) struct Decision {
 }
 
 impl Decision {
-    /// Asks the field, and the vote where the field cannot be believed.
-    pub fn new(field: &dyn Occupancy, building: &Partitioned) -> Result<Self, OccupancyError> {
-        let given = field.occupancy(building);
-        if field.is_height_field() {
-            return Ok(Self { occupancy: given?, height_field: true, fallback: None });
-        }
-        let vote = HeightField.occupancy(building)?;
-        let fallback = match given {
+    /// What the vote says.
+    ///
+    /// # Errors
+    /// Never: the vote needs nothing that could fail. The error is that of every field.
+    pub fn vote(building: &Partitioned) -> Result<Self, OccupancyError> {
+        Ok(Self { occupancy: HeightField.occupancy(building)?, height_field: true, fallback: None })
+    }
+
+    /// Asks the field, and takes `vote` where the field cannot be believed.
+    pub fn new(field: &dyn Occupancy, building: &Partitioned, vote: Self) -> Self {
+        let fallback = match field.occupancy(building) {
             Err(error) => error.to_string(),
             Ok(occupancy) => {
-                let [inside, under_roofs, both] = compare(building, &occupancy, &vote);
+                let [inside, under_roofs, both] = compare(building, &occupancy, &vote.occupancy);
                 if inside == 0.0 {
                     "it says that everything is outside".to_owned()
                 } else if both < LEAST_AGREEMENT * under_roofs {
                     let share = 100.0 * both / under_roofs;
                     format!("it calls only {share:.0} % of what lies under the roofs inside")
                 } else {
-                    return Ok(Self { occupancy, height_field: false, fallback: None });
+                    return Self { occupancy, height_field: false, fallback: None };
                 }
             }
         };
-        Ok(Self { occupancy: vote, height_field: true, fallback: Some(fallback) })
+        Self { fallback: Some(fallback), ..vote }
     }
 }
 

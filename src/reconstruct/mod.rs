@@ -213,13 +213,13 @@ fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occup
         Ok(detected) => detected,
         Err(failure) => return Attempt::failed(site, failure),
     };
-    let first = attempt_with(site, whole, &detected, parameters, field);
+    let first = attempt_with(site, whole, detected.clone(), parameters, field);
     let Err(worse) = &first.result else { return first };
     let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
     if worse.reason != Reason::WorseThanBlock || by_vote {
         return first;
     }
-    let mut second = attempt_with(site, whole, &detected, parameters, &occupancy::HeightField);
+    let mut second = attempt_with(site, whole, detected, parameters, &occupancy::HeightField);
     if second.result.is_err() {
         return first;
     }
@@ -231,15 +231,12 @@ fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occup
 fn attempt_with(
     site: &Site,
     whole: &Site,
-    detected: &Detected,
+    detected: Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
 ) -> Attempt {
     let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
-    let solved = solve(whole, detected, parameters, field, &mut solution);
-    if solved.is_ok() {
-        rounds::improve(whole, detected, parameters, field, &mut solution);
-    }
+    let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
     let Solution { measures, outline, solids, roof_points } = solution;
     let scanned = fit::Scanned {
         site,
@@ -265,63 +262,63 @@ struct Solution {
     roof_points: Vec<u32>,
 }
 
-/// The road of the paper from the planes on, once. What was measured before a failure stands in `solution`.
-fn solve(
-    site: &Site,
-    detected: &Detected,
-    parameters: &Parameters,
-    field: &dyn Occupancy,
-    solution: &mut Solution,
-) -> Result<(), Failure> {
-    let Solution { measures, outline, roof_points, .. } = solution;
-    let partitioned = Partitioned::with(site, detected, parameters)?;
-    let Partitioned { hypotheses, complex, volumes, fixed, .. } = &partitioned;
-    if site.footprint.is_none() {
-        *outline = Some(outline::of_map(&hypotheses.map));
-    }
-    measures.primitives = hypotheses.detected;
-    measures.roof_heights = measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
-    *roof_points = hypotheses.roof_inliers();
-    measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
-    measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
-
-    measures.cells = complex.cells.len();
-
-    let Decision { occupancy, height_field, fallback } =
-        Decision::new(field, &partitioned).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
-    measures.field_fallback = fallback;
-    let inside = label(&partitioned, &occupancy, height_field, parameters);
-    if !inside.contains(&true) {
-        return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
-    }
-
-    let labelled = Labelled { complex, inside: &inside, occupancy: &occupancy, volumes, fixed };
-    let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface)
-        .map_err(|error| Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) })?;
-    let confidence = Confidence::new(&partitioned, &complex.facet_areas(), &occupancy, &extraction.inside);
-    measures.confidence = confidence.building;
-    let mut solids = Vec::with_capacity(extraction.shells.len());
-    for mut shell in extraction.shells {
-        semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
-        let faults = validate::check(&shell.solid, &validate::Tolerances::written());
-        if let Some(first) = faults.first() {
-            let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
-            codes.sort_unstable();
-            codes.dedup();
-            return Err(Failure { codes, ..Failure::new(Reason::InvalidSolid, first.to_string()) });
+impl Solution {
+    /// Notes what a building shows before anything is decided about its cells.
+    fn measure(&mut self, building: &Partitioned) {
+        let Partitioned { site, hypotheses, complex, .. } = building;
+        if site.footprint.is_none() {
+            self.outline = Some(outline::of_map(&hypotheses.map));
         }
-        solids.push(shell.solid);
+        let measures = &mut self.measures;
+        measures.primitives = hypotheses.detected;
+        measures.roof_heights =
+            measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
+        self.roof_points = hypotheses.roof_inliers();
+        measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
+        measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
+        measures.cells = complex.cells.len();
     }
-    if solids.is_empty() {
-        return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
+
+    /// Makes solids of what was decided about the cells of a building.
+    fn build(&mut self, building: &Partitioned, decision: &Decision, parameters: &Parameters) -> Result<(), Failure> {
+        let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
+        let Decision { occupancy, height_field, fallback } = decision;
+        let measures = &mut self.measures;
+        measures.field_fallback.clone_from(fallback);
+        let inside = label(building, occupancy, *height_field, parameters);
+        if !inside.contains(&true) {
+            return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
+        }
+        let site = building.site;
+        let labelled = Labelled { complex, inside: &inside, occupancy, volumes, fixed };
+        let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface).map_err(|error| {
+            Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
+        })?;
+        let confidence = Confidence::new(building, &complex.facet_areas(), occupancy, &extraction.inside);
+        measures.confidence = confidence.building;
+        let mut solids = Vec::with_capacity(extraction.shells.len());
+        for mut shell in extraction.shells {
+            semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
+            let faults = validate::check(&shell.solid, &validate::Tolerances::written());
+            if let Some(first) = faults.first() {
+                let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();
+                codes.sort_unstable();
+                codes.dedup();
+                return Err(Failure { codes, ..Failure::new(Reason::InvalidSolid, first.to_string()) });
+            }
+            solids.push(shell.solid);
+        }
+        if solids.is_empty() {
+            return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
+        }
+        ladder::check_parts(&solids)?;
+        ladder::check_top(&solids, &site.points)?;
+        measures.roof_type = measures::roof_type(&solids);
+        measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
+        measures.ridge_height = measures::ridge_height(&solids);
+        self.solids = solids;
+        Ok(())
     }
-    ladder::check_parts(&solids)?;
-    ladder::check_top(&solids, &site.points)?;
-    measures.roof_type = measures::roof_type(&solids);
-    measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
-    measures.ridge_height = measures::ridge_height(&solids);
-    solution.solids = solids;
-    Ok(())
 }
 
 /// The label of each cell, inside or not, by the cut (paper, section 3.4) that follows these occupancies; `height_field`

@@ -3,8 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use super::decision::Decision;
 use super::occupancy::Occupancy;
-use super::{Detected, Parameters, Solution, solve};
+use super::{Detected, Failure, Parameters, Partitioned, Solution};
+use crate::building::Reason;
 use crate::completeness::{Area, Completeness, Extents, Judge, Scan, tops};
 use crate::geometry::Cover;
 use crate::site::Site;
@@ -15,27 +17,56 @@ const MOST: usize = 2;
 /// clutter on flat roofs, which would cost more faces than they show.
 const SMALLEST: f64 = 2.0;
 
-/// Makes the model of `solution` again as long as that explains more of what was scanned. The better of two models is the
-/// one with less missing and excess area; a model that cannot be made again stays as it is.
-pub(super) fn improve(
+/// Makes a model of the planes that were detected in a site, and again as long as that explains more of what was scanned.
+/// The better of two models is the one with less missing and excess area; a model that cannot be made again stays as it
+/// is.
+///
+/// Under a footprint the vote decides in all rounds, which costs little, and the field that was asked for has the last
+/// word, about the best planes; unless the model of the vote is better than its own. Without a footprint the vote knows
+/// the outline from the same points, and the field decides throughout.
+///
+/// # Errors
+/// Fails where neither makes solids of the first planes. What was measured before stands in `solution`.
+pub(super) fn solve(
     site: &Site,
-    detected: &Detected,
+    mut detected: Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
     solution: &mut Solution,
-) {
+) -> Result<(), Failure> {
+    let is_vote = field.is_height_field();
+    let asks_last = site.footprint.is_some() && !is_vote;
+    let decide = |building: &Partitioned| {
+        let vote = Decision::vote(building).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
+        Ok(if is_vote || asks_last { vote } else { Decision::new(field, building, vote) })
+    };
+    let mut building = Partitioned::with(site, &detected, parameters)?;
+    solution.measure(&building);
+    let mut decision = decide(&building)?;
+    if let Err(failure) = solution.build(&building, &decision, parameters) {
+        // What the vote makes no solid of, the field may.
+        if asks_last {
+            decision = Decision::new(field, &building, decision);
+        }
+        if !asks_last || decision.height_field {
+            return Err(failure);
+        }
+        solution.build(&building, &decision, parameters)?;
+    }
     let judge = Judge::new(&Scan::of(site), &parameters.completeness);
     let mut model = tops(&solution.solids);
     let mut judged = judge.judge(&model);
-    let mut detected = detected.clone();
     for _ in 0..MOST {
         let parts = unexplained(&judged, &model, site, parameters);
         if parts.is_empty() {
             break;
         }
         let Some(revised) = detected.revised(site, &parts, parameters) else { break };
+        let Ok(next_building) = Partitioned::with(site, &revised, parameters) else { break };
         let mut next = solution.clone();
-        if solve(site, &revised, parameters, field, &mut next).is_err() {
+        next.measure(&next_building);
+        let next_decision = decide(&next_building)?;
+        if next.build(&next_building, &next_decision, parameters).is_err() {
             break;
         }
         let next_model = tops(&next.solids);
@@ -43,9 +74,53 @@ pub(super) fn improve(
         if faulty_area(&next_judged) >= faulty_area(&judged) {
             break;
         }
-        (detected, *solution, model, judged) = (revised, next, next_model, next_judged);
+        (detected, building, decision) = (revised, next_building, next_decision);
+        (*solution, model, judged) = (next, next_model, next_judged);
+    }
+    if asks_last && decision.height_field {
+        judged = ask(field, &building, decision, parameters, &judge, solution, judged);
     }
     solution.measures.completeness = Some(Extents::from(&judged));
+    Ok(())
+}
+
+/// Lets a field decide about a building of which the vote has made the model of `solution`; the better of both stays.
+/// Returns how it is `judged`.
+fn ask(
+    field: &dyn Occupancy,
+    building: &Partitioned,
+    vote: Decision,
+    parameters: &Parameters,
+    judge: &Judge,
+    solution: &mut Solution,
+    judged: Completeness,
+) -> Completeness {
+    let shows_overhang = building.hypotheses.shows_overhang;
+    let voted = vote.occupancy.clone();
+    let decision = Decision::new(field, building, vote);
+    if decision.fallback.is_some() {
+        solution.measures.field_fallback = decision.fallback;
+        return judged;
+    }
+    if decision.occupancy == voted && !shows_overhang {
+        return judged;
+    }
+    let mut asked = solution.clone();
+    if let Err(failure) = asked.build(building, &decision, parameters) {
+        solution.measures.field_fallback = Some(format!("what it says makes no solid: {}", failure.detail));
+        return judged;
+    }
+    let asked_judged = judge.judge(&tops(&asked.solids));
+    let [by_field, by_vote] = [&asked_judged, &judged].map(faulty_area);
+    // The vote fills what hangs over; no small fault of a field that knows better is worth that.
+    let allowed = if shows_overhang { SMALLEST } else { 0.0 };
+    if by_field > by_vote + allowed {
+        let why = format!("it leaves {by_field:.0} m² missing or in excess, and the vote {by_vote:.0} m²");
+        solution.measures.field_fallback = Some(why);
+        return judged;
+    }
+    *solution = asked;
+    asked_judged
 }
 
 /// Missing and excess area together, square metres.

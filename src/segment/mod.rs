@@ -104,7 +104,9 @@ fn join(
     let roles = Roles::new(options);
     let naming = Naming::new(tiles, &footprints, by_place);
     // From here on only the polygons in their own frames are asked.
-    footprints.iter_mut().for_each(|footprint| footprint.polygon = MultiPolygon(Vec::new()));
+    for footprint in &mut footprints {
+        footprint.polygon = MultiPolygon(Vec::new());
+    }
     let mut harvest = tiles
         .par_iter()
         .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, progress))

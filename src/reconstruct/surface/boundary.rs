@@ -153,6 +153,9 @@ impl Boundary {
     }
 }
 
+/// The two planes of an edge and its ends, lower first.
+type Edge = ((PlaneId, PlaneId), [VertexId; 2]);
+
 /// The lines that carry the edges of some facets, each with the facets' vertices on these edges in order.
 struct Edges {
     /// Pairs of planes, ascending, with the index of their line; sorted.
@@ -163,8 +166,7 @@ struct Edges {
 impl Edges {
     fn new(complex: &Complex, facets: &[FacetId]) -> Self {
         let mut vertices: Vec<VertexId> = Vec::new();
-        // Edges with their ends, lower first.
-        let mut edges: Vec<((PlaneId, PlaneId), [VertexId; 2])> = Vec::new();
+        let mut edges: Vec<Edge> = Vec::new();
         for &facet in facets {
             let facet = &complex.facets[facet as usize];
             vertices.extend(&facet.corners);
@@ -177,7 +179,7 @@ impl Edges {
         vertices.dedup();
         edges.sort_unstable();
         edges.dedup();
-        let of_pairs: Vec<&[((PlaneId, PlaneId), [VertexId; 2])]> = edges.chunk_by(|a, b| a.0 == b.0).collect();
+        let of_pairs: Vec<&[Edge]> = edges.chunk_by(|a, b| a.0 == b.0).collect();
         let mut pairs: Vec<_> = of_pairs.iter().map(|edges| (edges[0].0, u32::MAX)).collect();
 
         // Three planes may share a line: the pairs are brought together by the line itself.
