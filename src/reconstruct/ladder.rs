@@ -168,6 +168,16 @@ mod tests {
     }
 
     #[test]
+    fn a_model_that_fits_worse_than_its_block_is_tried_with_coarser_tolerances() {
+        let worse = || Err(Failure::new(Reason::WorseThanBlock, "1.68 m, 0.80 m"));
+        let (last, tried) = descended(&[worse(), worse(), Ok(vec![])]);
+        assert_eq!((last.result.is_ok(), last.measures.setbacks.len(), tried.len()), (true, 2, 3));
+        let (last, tried) = descended(&[worse(), worse(), worse()]);
+        assert_eq!((last.result, tried.len()), (worse(), 3));
+        assert!(last.measures.setbacks.iter().all(|setback| setback.reason == Reason::WorseThanBlock));
+    }
+
+    #[test]
     fn what_has_no_points_is_not_tried_again() {
         let (last, tried) = descended(&[Err(Failure::new(Reason::NoPoints, "none"))]);
         assert_eq!((last.measures.setbacks.len(), tried.len()), (1, 1));

@@ -22,8 +22,9 @@ const SMALLEST: f64 = 2.0;
 /// is.
 ///
 /// Under a footprint the vote decides in all rounds, which costs little, and the field that was asked for has the last
-/// word, about the best planes; unless the model of the vote is better than its own. Without a footprint the vote knows
-/// the outline from the same points, and the field decides throughout.
+/// word, about the best planes: where the model of the vote still leaves something missing or in excess, or something
+/// hangs over, and unless its own leaves more. Without a footprint the vote knows the outline from the same points, and
+/// the field decides throughout.
 ///
 /// # Errors
 /// Fails where neither makes solids of the first planes. What was measured before stands in `solution`.
@@ -77,7 +78,8 @@ pub(super) fn solve(
         (detected, building, decision) = (revised, next_building, next_decision);
         (*solution, model, judged) = (next, next_model, next_judged);
     }
-    if asks_last && decision.height_field {
+    let is_in_question = building.hypotheses.shows_overhang || faulty_area(&judged) > 0.0;
+    if asks_last && decision.height_field && is_in_question {
         judged = ask(field, &building, decision, parameters, &judge, solution, judged);
     }
     solution.measures.completeness = Some(Extents::from(&judged));

@@ -55,6 +55,7 @@ pub struct SurfaceFindings {
 pub fn observe(subject: &Subject, field: &dyn Occupancy, parameters: &Parameters) -> Findings {
     let watched = Watched { field, subject, parameters, seen: Mutex::new(None) };
     let building = reconstruct(&subject.site, parameters, &watched);
+    watched.ask_if_not_seen();
     let seen = watched.seen.into_inner().unwrap_or_else(PoisonError::into_inner).unwrap_or_default();
     let surface = match building.outcome {
         Outcome::Lod22 => surface(&building, subject),
@@ -84,13 +85,26 @@ fn surface(building: &Building, subject: &Subject) -> Option<SurfaceFindings> {
     })
 }
 
-/// A field that is watched while it is asked for the first time, which is about the finest cells.
+/// A field that is watched while it is asked for the first time, which is with the finest tolerances.
 #[derive(Debug)]
 struct Watched<'a> {
     field: &'a dyn Occupancy,
     subject: &'a Subject,
     parameters: &'a Parameters,
     seen: Mutex<Option<Seen>>,
+}
+
+impl Watched<'_> {
+    /// Asks the field about a building that was made without it.
+    fn ask_if_not_seen(&self) {
+        let seen = || self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        if seen().is_none()
+            && let Ok(building) = Partitioned::new(&self.subject.site, self.parameters)
+        {
+            // What fails has nothing to show.
+            let _ = self.occupancy(&building);
+        }
+    }
 }
 
 /// What was seen of a field.
