@@ -1,6 +1,6 @@
 # make quickstart   reconstruct the bundled corner of Delft
 # make test         run all tests
-# make load-test    damaged, endless and many inputs, kills and large halls: no breach (a few minutes)
+# make load-test    damaged, endless and many inputs, kills and large halls: no breach (two minutes)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # All install what they need first. See README.md.
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The load test: damaged files, bombs, kills, endless inputs, many footprints, large halls.
 
-    scripts/load-test.py            a few minutes, as CI runs it
+    scripts/load-test.py            under two minutes, as CI runs it
     scripts/load-test.py --long     about an hour
     scripts/load-test.py --only flips,kills --gable target/release/gable
 
@@ -27,6 +27,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+GABLE = Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target") / "release" / "gable"
 DATA = ROOT / "examples" / "data"
 TILE = DATA / "delft_ahn3.laz"
 FOOTPRINTS = DATA / "footprints.geojson"
@@ -194,21 +195,28 @@ def endless(bench):
 def kills(bench, draw, count):
     """kill -9 at any moment, then --resume: the bytes of an undisturbed run."""
     for number in range(count):
-        suffix = [".city.json", ".city.jsonl", ".gpkg", ".obj", ".3dtiles"][number % 5]
-        whole, out = bench.folder / f"whole{suffix}", bench.folder / f"killed{number}{suffix}"
+        # A file that names another (OBJ its materials) must not differ by its own name.
+        name = "model" + [".city.json", ".city.jsonl", ".gpkg", ".obj", ".3dtiles"][number % 5]
+        whole, killed = bench.folder / "whole", bench.folder / f"killed{number}"
+        whole.mkdir(exist_ok=True)
+        killed.mkdir()
         base = ["reconstruct", str(TILE), "-f", str(FOOTPRINTS), "--quiet", "-o"]
-        if not whole.exists():
-            bench.run("kills", [*base, whole], codes=(0,))
-        process = subprocess.Popen([str(bench.gable), *base, str(out)], stderr=subprocess.DEVNULL)
+        if not (whole / name).exists():
+            bench.run("kills", [*base, whole / name], codes=(0,))
+        process = subprocess.Popen([str(bench.gable), *base, str(killed / name)], stderr=subprocess.DEVNULL)
         time.sleep(draw.uniform(0.05, 3.0))
         process.send_signal(signal.SIGKILL)
         ended = process.wait()
-        if ended != 0 and out.exists() and out.is_file():
-            bench.breach("kills", f"{out.name} stands under its name after a kill")
+        if ended != 0 and (killed / name).is_file():
+            bench.breach("kills", f"{name} stands under its name after a kill")
         if ended != 0:
-            bench.run("kills", [*base, out, "--resume"], codes=(0,))
-        if contents(whole) != contents(out):
-            bench.breach("kills", f"{out.name} differs from an undisturbed run")
+            bench.run("kills", [*base, killed / name, "--resume"], codes=(0,))
+        if contents(whole / name) != contents(killed / name):
+            bench.breach("kills", f"{name} differs from an undisturbed run")
+        left = [path.name for path in killed.iterdir() if ".partial" in path.name or path.suffix == ".part"]
+        if left:
+            bench.breach("kills", f"{left} stay beside {name}")
+        shutil.rmtree(killed)
 
 
 def contents(path):
@@ -262,7 +270,7 @@ def halls(bench, draw, sizes):
         building = json.loads(Path(f"{out}.report.json").read_text())["buildings"][0]
         rmse = building["rmse_lod22"]
         print(f"  hall {width} x {depth} m: RMSE {rmse} m in {seconds:.1f} s", flush=True)
-        if rmse is None or not rmse <= 0.05:
+        if rmse is None or not rmse <= 0.03:
             bench.breach("halls", f"{width} x {depth} m: RMSE {rmse} at LoD 2.2")
 
 
@@ -286,14 +294,15 @@ def empty(bench, count):
     report = json.loads(Path(f"{out}.report.json").read_text())
     memory = (report["peak_memory_bytes"] or 0) / 1e6
     print(f"  {count} empty footprints: {report['cpu_seconds']:.1f} CPU s, {memory:.0f} MB", flush=True)
-    if report["cpu_seconds"] > 2 + count / 20_000 or memory > 60 + count / 400:
+    # Half as much again as the processor time that was measured, and a tenth more memory.
+    if report["cpu_seconds"] > 0.5 + count / 25_000 or memory > 65 + count / 550:
         bench.breach("empty", f"{count} cost {report['cpu_seconds']:.1f} CPU s and {memory:.0f} MB")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--long", action="store_true", help="about an hour instead of a few minutes")
-    parser.add_argument("--gable", type=Path, default=ROOT / "target" / "release" / "gable", help="the program")
+    parser.add_argument("--long", action="store_true", help="about an hour instead of two minutes")
+    parser.add_argument("--gable", type=Path, default=GABLE, help="the program")
     parser.add_argument("--seed", type=int, default=1, help="of the damage")
     parser.add_argument("--only", default="", help="kinds, by commas")
     parser.add_argument("--keep", type=Path, default=Path("load-test-breaches"), help="folder for what broke it")

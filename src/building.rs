@@ -149,6 +149,8 @@ pub enum Reason {
     TooComplex,
     /// The model would have risen above the highest point of the building.
     AboveEvidence,
+    /// The model would have fitted its points worse than the LoD 1.2 block does.
+    WorseThanBlock,
     /// The method failed in a way that is a fault of the program; the detail says where.
     Internal,
 }

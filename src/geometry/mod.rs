@@ -6,12 +6,14 @@ mod cover;
 mod plane;
 mod prepared;
 mod random;
+mod scattered;
 mod triangulate;
 
 pub use cover::{Cover, projected_area};
 pub use plane::Plane;
 pub use prepared::PreparedPolygon;
 pub use random::{Random, hash, seed_of};
+pub(crate) use scattered::Scattered;
 pub use triangulate::{newell, triangle_indices, triangulate};
 
 /// An axis-aligned box in metres of the local frame; `min` is never above `max`.

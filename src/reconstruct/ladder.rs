@@ -50,7 +50,14 @@ fn setback(step: LadderStep, Failure { reason, detail, codes }: Failure) -> Setb
 
 /// Whether coarser tolerances may help: they make neither points nor planes.
 fn is_a_matter_of_size(reason: Reason) -> bool {
-    matches!(reason, Reason::NothingInside | Reason::InvalidSolid | Reason::TooComplex | Reason::AboveEvidence)
+    matches!(
+        reason,
+        Reason::NothingInside
+            | Reason::InvalidSolid
+            | Reason::TooComplex
+            | Reason::AboveEvidence
+            | Reason::WorseThanBlock
+    )
 }
 
 /// The parameters with every tolerance `scale` times as coarse; one that is almost 0 counts as half of its default, so
@@ -115,6 +122,7 @@ mod tests {
             outline: None,
             result,
             roof_points: Vec::new(),
+            fit: None,
         }
     }
 
@@ -157,6 +165,16 @@ mod tests {
         assert_eq!((last.measures.primitives, &last.measures.faults_lod22[..]), (0, &[203, 303][..]));
         let steps: Vec<LadderStep> = last.measures.setbacks.iter().map(|setback| setback.step).collect();
         assert_eq!(steps, LadderStep::LOD22);
+    }
+
+    #[test]
+    fn a_model_that_fits_worse_than_its_block_is_tried_with_coarser_tolerances() {
+        let worse = || Err(Failure::new(Reason::WorseThanBlock, "1.68 m, 0.80 m"));
+        let (last, tried) = descended(&[worse(), worse(), Ok(vec![])]);
+        assert_eq!((last.result.is_ok(), last.measures.setbacks.len(), tried.len()), (true, 2, 3));
+        let (last, tried) = descended(&[worse(), worse(), worse()]);
+        assert_eq!((last.result, tried.len()), (worse(), 3));
+        assert!(last.measures.setbacks.iter().all(|setback| setback.reason == Reason::WorseThanBlock));
     }
 
     #[test]

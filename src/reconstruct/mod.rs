@@ -9,6 +9,7 @@ pub mod complex;
 pub(crate) mod confidence;
 mod decision;
 mod detected;
+mod fit;
 mod footprint;
 mod hypotheses;
 pub mod labelling;
@@ -38,14 +39,14 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::completeness::tops;
 use crate::geometry::Aabb;
 use crate::site::Site;
-use crate::solid::{FootprintPolygon, Model, Part, Solid};
+use crate::solid::{Model, Part, Solid};
 use crate::validate;
 use complex::OUTSIDE;
 use confidence::Confidence;
 use decision::Decision;
+use fit::Fit;
 use labelling::Evidence;
 use occupancy::Occupancy;
 use standing::Standing;
@@ -61,10 +62,10 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, fit } = match stands {
         Ok(()) => {
             let whole = footprint::parted(&standing.site);
-            ladder::descend(parameters, |parameters| attempt(&whole, parameters, field))
+            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field))
         }
         Err(failure) => Attempt::failed(site, failure),
     };
@@ -90,49 +91,37 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     }
     let is_block = standing.is_partial && parameters.partial == Partial::Block;
     let failure = failure.or(is_block.then(|| Failure::new(Reason::Incomplete, share.clone())));
-    if is_block {
-        // What was made of the covered part says nothing of a block.
-        let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } = &mut measures;
-        *revision = None;
-        (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
-    }
-    let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts: Vec::new() };
-    if failure.is_none() {
-        model.parts = solids.into_iter().map(|solid| Part { lod22: Some(solid), lod12: None }).collect();
-    }
-    let roof_heights = |left_out: &[u32]| {
-        let heights = roof_points.iter().filter(|i| left_out.binary_search(i).is_err());
-        measures::roof_heights(&mut heights.filter_map(|&i| Some(site.points.get(i as usize)?.z)).collect::<Vec<_>>())
-    };
-    let mut left_out = left_out(site, model.lod22(), false, parameters);
-    measures.roof_heights = roof_heights(&left_out).or(measures.roof_heights);
-    match &standing.site {
-        Cow::Owned(standing) => {
-            let under = standing.footprint.as_ref().map(|under| blocks::footprint(under, step, &mut Vec::new()));
-            add_blocks(site, &under.unwrap_or_default(), &mut model, &measures);
+    let solids = if failure.is_some() { Vec::new() } else { solids };
+    let Fit { left_out, roof_heights, blocks, rmse_lod12, rmse_lod22 } = match fit {
+        Some(fit) if failure.is_none() => fit,
+        _ => {
+            // What was made of it, or of its covered part, says nothing of a block.
+            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } =
+                &mut measures;
+            (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
+            *revision = None;
+            let scanned = fit::Scanned {
+                site: &standing.site,
+                roof_points: &roof_points,
+                roof_heights: measures.roof_heights,
+                outline: outline.as_ref(),
+            };
+            Fit::of_blocks(&scanned, parameters)
         }
-        Cow::Borrowed(_) => add_blocks(site, &model.footprint.clone(), &mut model, &measures),
-    }
-    if failure.is_some() {
-        left_out = self::left_out(site, model.lod12(), true, parameters);
-        measures.roof_heights = roof_heights(&left_out).or(measures.roof_heights);
-    }
-    if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
-        heights.max = top;
-    }
+    };
     if !left_out.is_empty() {
         let count = left_out.len();
         notes.push(format!(
             "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
         ));
     }
-    let mut left_out = left_out.into_iter().peekable();
-    let modelled: Vec<Point3<f64>> =
-        (0_u32..).zip(&site.points).filter(|(i, _)| left_out.next_if_eq(i).is_none()).map(|(_, p)| *p).collect();
-    measures.volume_lod12 = volume(model.lod12());
-    measures.rmse_lod12 = measures::rmse(model.lod12(), &modelled);
-    measures.volume_lod22 = volume(model.lod22());
-    measures.rmse_lod22 = measures::rmse(model.lod22(), &modelled);
+    let model = Model { footprint, ground: grid_height(site, site.ground.height), parts: parts(solids, blocks) };
+    measures.roof_heights = roof_heights;
+    if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
+        heights.max = top;
+    }
+    (measures.rmse_lod12, measures.rmse_lod22) = (rmse_lod12, rmse_lod22);
+    (measures.volume_lod12, measures.volume_lod22) = (volume(model.lod12()), volume(model.lod22()));
     measures.confidence = confidence::of_model(&measures, area(standing.site.footprint.as_ref()));
     let outcome = match failure {
         None if standing.is_partial => Outcome::Partial { reason: Reason::Incomplete, detail: share },
@@ -149,21 +138,6 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         measures,
         notes,
     }
-}
-
-/// The points of what is too small to stand, or hovers, over solids; none without solids. Ascending.
-fn left_out<'a>(
-    site: &Site,
-    solids: impl Iterator<Item = &'a Solid>,
-    is_block: bool,
-    parameters: &Parameters,
-) -> Vec<u32> {
-    let mut solids = solids.peekable();
-    if solids.peek().is_none() {
-        return Vec::new();
-    }
-    let model = tops(solids);
-    unmodelled::unmodelled(&site.points, &model, site.ground.height, parameters.completeness.height, is_block)
 }
 
 /// Area of a footprint in square metres, if there is one.
@@ -211,12 +185,15 @@ struct Attempt {
     result: Result<Vec<Solid>, Failure>,
     /// The building points on roofs, ascending.
     roof_points: Vec<u32>,
+    /// How well the solids fit; `None` where there are none.
+    fit: Option<Fit>,
 }
 
 impl Attempt {
     /// None was made.
     fn failed(site: &Site, failure: Failure) -> Self {
-        Self { measures: first_measures(site), outline: None, result: Err(failure), roof_points: Vec::new() }
+        let measures = first_measures(site);
+        Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), fit: None }
     }
 }
 
@@ -230,12 +207,48 @@ fn first_measures(site: &Site) -> Measures {
     }
 }
 
-fn attempt(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
-    let mut solution = Solution { measures: first_measures(site), ..Solution::default() };
-    let result = Detected::new(site, parameters)
-        .and_then(|detected| rounds::solve(site, detected, parameters, field, &mut solution));
+/// An attempt at a site. The solids are made of `whole`, which is the same without touching parts.
+///
+/// Where they fit the points worse than the block does, the vote is asked instead of the field: it is what the points say.
+fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
+    let detected = match Detected::new(whole, parameters) {
+        Ok(detected) => detected,
+        Err(failure) => return Attempt::failed(site, failure),
+    };
+    let first = attempt_with(site, whole, detected.clone(), parameters, field);
+    let Err(worse) = &first.result else { return first };
+    let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
+    if worse.reason != Reason::WorseThanBlock || by_vote {
+        return first;
+    }
+    let mut second = attempt_with(site, whole, detected, parameters, &occupancy::HeightField);
+    if second.result.is_err() {
+        return first;
+    }
+    second.measures.field_fallback = Some(format!("by its answers {}", worse.detail));
+    second
+}
+
+/// An attempt with planes that were found and a field to ask.
+fn attempt_with(
+    site: &Site,
+    whole: &Site,
+    detected: Detected,
+    parameters: &Parameters,
+    field: &dyn Occupancy,
+) -> Attempt {
+    let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
+    let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
     let Solution { measures, outline, solids, roof_points } = solution;
-    Attempt { measures, outline, result: result.map(|()| solids), roof_points }
+    let scanned = fit::Scanned {
+        site,
+        roof_points: &roof_points,
+        roof_heights: measures.roof_heights,
+        outline: outline.as_ref(),
+    };
+    let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
+    let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
+    Attempt { measures, outline, result, roof_points, fit }
 }
 
 /// What the method made of the planes that it was given.
@@ -348,17 +361,11 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
         .collect()
 }
 
-/// Adds the LoD 1.2 block of every polygon that something stands on, up to the 70th percentile of the roof heights.
-fn add_blocks(site: &Site, standing: &[FootprintPolygon], model: &mut Model, measures: &Measures) {
-    let Some(heights) = measures.roof_heights else { return };
-    let top = grid_height(site, heights.p70);
-    let blocks = standing.iter().filter_map(|polygon| blocks::block(polygon, model.ground, top, site.frame.step()));
-    for (i, block) in blocks.collect::<Vec<_>>().into_iter().enumerate() {
-        match model.parts.get_mut(i) {
-            Some(part) => part.lod12 = Some(block),
-            None => model.parts.push(Part { lod12: Some(block), lod22: None }),
-        }
-    }
+/// Parts of LoD 2.2 `solids` and LoD 1.2 `blocks`.
+fn parts(solids: Vec<Solid>, blocks: Vec<Solid>) -> Vec<Part> {
+    let count = solids.len().max(blocks.len());
+    let (mut solids, mut blocks) = (solids.into_iter(), blocks.into_iter());
+    (0..count).map(|_| Part { lod22: solids.next(), lod12: blocks.next() }).collect()
 }
 
 fn grid_height(site: &Site, height: f64) -> i64 {

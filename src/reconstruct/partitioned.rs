@@ -43,10 +43,11 @@ impl<'a> Partitioned<'a> {
             Partition::Exhaustive => Complex::exhaustive(&hypotheses.primitives, &hypotheses.bounds),
         }
         .map_err(|error| Failure::new(Reason::TooComplex, error.to_string()))?;
-        let cells = 0..complex.cells.len() as u32;
-        let volumes = cells.clone().map(|cell| complex.cell_volume(cell)).collect();
-        let fixed =
-            cells.map(|cell| (!hypotheses.covers(&complex.cell_centroid(cell).xy())).then_some(false)).collect();
+        let known = |cell| {
+            let (volume, centroid) = complex.cell_moments(cell);
+            (volume, (!hypotheses.covers(&centroid.xy())).then_some(false))
+        };
+        let (volumes, fixed) = (0..complex.cells.len() as u32).map(known).unzip();
         Ok(Self { site, hypotheses, complex, volumes, fixed })
     }
 

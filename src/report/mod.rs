@@ -125,7 +125,7 @@ impl Inputs {
     /// Whether every file was read to its end: if not, buildings may lack points, or be lacking, without anyone seeing it.
     pub fn is_whole(&self) -> bool {
         self.tiles.iter().all(|tile| !tile.left_out && tile.missing_points == 0)
-            && self.footprints.as_ref().is_none_or(|footprints| footprints.missing == 0)
+            && self.footprints.as_ref().is_none_or(|footprints| footprints.missing == 0 && !footprints.is_damaged)
     }
 }
 
@@ -140,6 +140,8 @@ pub struct FootprintsReport {
     pub rejected: usize,
     /// Number of features that are missing because the file is cut off, as far as it tells.
     pub missing: u64,
+    /// Whether it lacks something else that belongs to it, such as a part of a shapefile; the warnings tell.
+    pub is_damaged: bool,
     /// The file's own coordinate reference system, if it names one.
     pub crs: Option<String>,
     /// The attribute that the ids were taken from.

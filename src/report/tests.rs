@@ -120,6 +120,7 @@ fn report() -> Report {
                 file: "f.geojson".into(),
                 footprints: 2,
                 missing: 0,
+                is_damaged: false,
                 rejected: 1,
                 crs: None,
                 id_attribute: Some("id".into()),

@@ -127,7 +127,7 @@ fn recalled(
         return Ok(Done { building, wall, cpu, resumed: true });
     }
     // What needs no work needs no keeping.
-    let is_made = task.site().is_some();
+    let is_made = task.site().is_some_and(|site| !site.points.is_empty());
     let done = one(task, reconstruct);
     if is_made {
         checkpoint.keep(&Record { index, wall: done.wall, cpu: done.cpu, building: &done.building })?;

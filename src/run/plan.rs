@@ -14,7 +14,7 @@ use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
 use crate::segment::{Segmentation, segment, segment_named};
 use crate::sink::Format;
-use crate::site::Frame;
+use crate::site::{Frame, Site};
 use crate::solid::Model;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
@@ -176,6 +176,7 @@ fn bring(
         footprints: layer.footprints.len(),
         rejected: layer.rejected.len(),
         missing: layer.missing,
+        is_damaged: layer.is_damaged,
         crs: own_crs,
         id_attribute: layer.id_attribute,
     };
@@ -216,16 +217,28 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
         let total = sites.len();
         journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
     }
-    let mut tasks: Vec<Task> = sites
-        .into_iter()
-        .zip(notes)
-        .map(|(site, notes)| {
-            let site = if plan.has_stand_ins { single::without_footprint(site) } else { site };
-            Task::Reconstruct { site: Box::new(site), notes }
-        })
-        .collect();
+    let mut tasks = boxed(sites, notes, plan.has_stand_ins);
     tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
     Ok(tasks)
+}
+
+/// The sites as tasks. They are taken from the end and their memory is given back on the way: of a city, both lists would
+/// be among the largest things there are.
+fn boxed(mut sites: Vec<Site>, mut notes: Vec<Vec<String>>, has_stand_ins: bool) -> Vec<Task> {
+    const AT_ONCE: usize = 4096;
+    let mut tasks = Vec::with_capacity(sites.len());
+    while !sites.is_empty() {
+        let from = sites.len().saturating_sub(AT_ONCE);
+        let some = sites.drain(from..).zip(notes.drain(from.min(notes.len())..)).rev().map(|(site, notes)| {
+            let site = if has_stand_ins { single::without_footprint(site) } else { site };
+            Task::Reconstruct { site: Box::new(site), notes }
+        });
+        tasks.extend(some);
+        sites.shrink_to_fit();
+        notes.shrink_to_fit();
+    }
+    tasks.reverse();
+    tasks
 }
 
 /// Segmentation knows footprints, not their file: a fault of theirs gets its name and the CRS that it came in.

@@ -88,7 +88,7 @@ pub fn segment_named(
 
 fn join(
     tiles: &[Tile],
-    footprints: Vec<Footprint>,
+    mut footprints: Vec<Footprint>,
     crs: &Crs,
     options: &SegmentOptions,
     by_place: bool,
@@ -103,6 +103,10 @@ fn join(
 
     let roles = Roles::new(options);
     let naming = Naming::new(tiles, &footprints, by_place);
+    // From here on only the polygons in their own frames are asked.
+    for footprint in &mut footprints {
+        footprint.polygon = MultiPolygon(Vec::new());
+    }
     let mut harvest = tiles
         .par_iter()
         .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, progress))

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use geo::{Coord, LineString, TriangulateEarcut};
 
 use super::predicates::{Point2, Projection, newell, on_segment, orient2};
+use crate::geometry::Scattered;
 use crate::solid::{Face, Solid};
 
 /// The circle test must be passed by more than this share of the magnitude of its terms: the four corners of a
@@ -60,6 +61,9 @@ pub(super) fn triangulate(solid: &Solid, face: &Face) -> Option<Vec<[u32; 3]>> {
 /// The ear-clipping leaves out vertices on straight edges and draws edges through vertices in line with others: both
 /// are triangles with a vertex inside an edge, and are cut there.
 fn insert_missed(place: impl Fn(u32) -> Point2, vertices: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let plan = |p: Point2| p.map(|c| c as f64);
+    let places = (vertices.len() > SEARCHED)
+        .then(|| Scattered::new(&vertices.iter().map(|&v| plan(place(v))).collect::<Vec<_>>()));
     let mut i = 0;
     while i < triangles.len() {
         let missed = (0..3).find_map(|k| {
@@ -69,7 +73,19 @@ fn insert_missed(place: impl Fn(u32) -> Point2, vertices: &[u32], triangles: &mu
                 let at = place(v);
                 at != p && at != q && on_segment(p, q, at)
             };
-            vertices.iter().copied().find(|&v| between(v)).map(|v| ([a, v, c], [v, b, c]))
+            let first = match &places {
+                None => vertices.iter().copied().find(|&v| between(v)),
+                Some(places) => {
+                    let mut first: Option<u32> = None;
+                    places.near([plan(p), plan(q)], |at| {
+                        if first.is_none_or(|first| at < first) && between(vertices[at as usize]) {
+                            first = Some(at);
+                        }
+                    });
+                    first.map(|at| vertices[at as usize])
+                }
+            };
+            first.map(|v| ([a, v, c], [v, b, c]))
         });
         if let Some((first, second)) = missed {
             triangles[i] = first;
@@ -129,7 +145,7 @@ fn flip(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
     }
 }
 
-/// Up to so many triangles are searched one by one.
+/// Up to so many triangles, or vertices, are searched one by one.
 const SEARCHED: usize = 64;
 
 /// Whether `d` lies clearly inside the circle through `a`, `b` and `c`, which are counter-clockwise.

@@ -212,3 +212,32 @@ fn files_that_are_no_footprints_are_refused() {
         assert!(!folder.path().join("out.city.json").exists(), "{name}");
     }
 }
+
+#[test]
+fn a_shapefile_without_its_parts_is_used_and_told() {
+    let folder = house_folder();
+    let path = folder.path().join("f.shp");
+    let parts = ["shp", "shx", "dbf"].map(|part| path.with_extension(part));
+    let ring = [[0.0, 0.0], [0.0, 8.0], [10.0, 8.0], [10.0, 0.0], [0.0, 0.0]];
+    let ring = ring.map(|c: [f64; 2]| [c[0] + CORNER[0], c[1] + CORNER[1]]);
+    write_shapefile(&path, &ring);
+    let whole = parts.clone().map(|part| std::fs::read(part).unwrap());
+    for (lost, code, says) in [
+        ("shx", 2, "f.shp: there is no .shx beside it"),
+        ("dbf", 2, "f.shp: there is no .dbf beside it"),
+        // The one footprint has no geometry left.
+        ("shp", 1, "f.shp: it is cut off: 1 of 1 shapes are missing"),
+    ] {
+        for (part, content) in parts.iter().zip(&whole) {
+            std::fs::write(part, content).unwrap();
+        }
+        let part = path.with_extension(lost);
+        if lost == "shp" {
+            std::fs::write(&part, &whole[0][..whole[0].len() - 20]).unwrap();
+        } else {
+            std::fs::remove_file(&part).unwrap();
+        }
+        let run = run_in(folder.path(), "house.laz", "f.shp", "--overwrite");
+        assert_ends(&run, code, &[says]);
+    }
+}

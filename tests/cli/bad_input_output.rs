@@ -119,3 +119,37 @@ fn nothing_is_left_beside_what_was_asked_for() {
     assert_ends(&to(folder.path(), &out, ""), 0, &[]);
     assert_eq!(names_in(folder.path()), [INPUTS[0], INPUTS[1], "out.city.jsonl", "out.city.jsonl.report.json"]);
 }
+
+#[test]
+fn a_folder_that_is_removed_during_the_run_costs_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["model.city.json", "model.gpkg", "model.3dtiles"] {
+        let [whole, out] = ["whole", "out"].map(|part| folder.path().join(part));
+        std::fs::create_dir_all(&out).unwrap();
+        assert_eq!(delft(&whole.join(name), "--quiet").code, 0);
+        let mut run = command(["reconstruct", "--quiet", "--jobs", "1"]);
+        run.arg(data("delft_ahn3.laz")).arg("-f").arg(data("footprints.geojson")).arg("-o").arg(out.join(name));
+        let process = run.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        // The work is under way as soon as there is a building that is kept.
+        let kept = out.join(format!("{name}.partial")).join("buildings.jsonl");
+        while std::fs::metadata(&kept).map_or(0, |meta| meta.len()) < 20_000 {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        std::fs::remove_dir_all(&out).unwrap();
+        let run: Run = process.wait_with_output().unwrap().into();
+        assert_ends(&run, 0, &[]);
+        assert!(contents(&out.join(name)) == contents(&whole.join(name)), "{name}");
+    }
+}
+
+/// The bytes of a file, or of all files of a folder with their names.
+fn contents(path: &Path) -> Vec<(String, Vec<u8>)> {
+    if path.is_file() {
+        return vec![(String::new(), std::fs::read(path).unwrap())];
+    }
+    let of = |name: String| {
+        let inner = contents(&path.join(&name));
+        inner.into_iter().map(move |(below, bytes)| (format!("{name}/{below}"), bytes))
+    };
+    names_in(path).into_iter().flat_map(of).collect()
+}

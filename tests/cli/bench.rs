@@ -75,13 +75,18 @@ pub fn assert_valid(model: &Path) {
     }
 }
 
-/// The report next to a model; it satisfies the checked-in schema.
+/// The report next to a model; it satisfies the checked-in schema, and no model of it fits worse than its block.
 pub fn report_of(model: &Path) -> Value {
     let report = json_of(format!("{}.report.json", model.display()));
     let schema = json_of(Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas/report.schema.json"));
     let validator = jsonschema::validator_for(&schema).unwrap();
     let faults: Vec<String> = validator.iter_errors(&report).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{faults:#?}");
+    for building in report["buildings"].as_array().unwrap() {
+        if let [Some(model), Some(block)] = ["rmse_lod22", "rmse_lod12"].map(|lod| building[lod].as_f64()) {
+            assert!(model <= block + 0.021, "{building:#}");
+        }
+    }
     report
 }
 

@@ -10,6 +10,8 @@ mod bad_input_points;
 mod bench;
 mod convert;
 mod crossings;
+mod damage;
+mod damaged_times;
 mod errors;
 mod evaluate;
 mod field;

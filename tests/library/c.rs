@@ -9,6 +9,7 @@ use gable::source::points::ScanPoint;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::damage::write_damaged;
 use super::{data, points};
 
 /// The shared library: cargo puts it beside the tests, wherever that is.
@@ -127,6 +128,30 @@ fn buildings_that_are_named_need_no_footprints() {
         assert!((0.85..1.15).contains(&share), "{id}: {share}");
     }
     assert_eq!(report["outputs"], serde_json::json!([]));
+}
+
+#[test]
+fn a_damaged_tile_is_told_and_leaves_the_host_process_running() {
+    let folder = tempfile::tempdir().unwrap();
+    let tile = folder.path().join("damaged.laz");
+    write_damaged(&tile, 1);
+    let corner = [85_000.0, 447_000.0];
+    let ring = [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [0.0, 8.0], [0.0, 0.0]];
+    let ring = ring.map(|c| [c[0] + corner[0], c[1] + corner[1]]);
+    let footprints = folder.path().join("footprints.geojson");
+    let feature = serde_json::json!({"type": "Feature", "properties": {"id": "007"},
+        "geometry": {"type": "Polygon", "coordinates": [ring]}});
+    let crs = serde_json::json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::28992"}});
+    let file = serde_json::json!({"type": "FeatureCollection", "crs": crs, "features": [feature]});
+    fs::write(&footprints, file.to_string()).unwrap();
+    let options = serde_json::json!({"tiles": [tile], "footprints": footprints, "field": "height-field"});
+    let (lines, report, status) = run(folder.path(), "run", &options, &[]);
+    assert_eq!((lines.len(), status.as_str(), &report["exit_code"]), (2, "2", &2.into()), "{report}");
+    let tile = &report["inputs"]["tiles"][0];
+    let told = tile["problems"][0].as_str().unwrap();
+    assert!(told.contains("damaged.laz") && told.contains("in the chunk at byte"), "{told}");
+    assert!((1..=50_000).contains(&tile["missing_points"].as_u64().unwrap()), "{tile}");
+    assert_eq!(report["buildings"][0]["outcome"], "lod22");
 }
 
 #[test]

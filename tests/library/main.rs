@@ -3,8 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
 mod c;
+#[path = "../cli/damage.rs"]
+mod damage;
 mod examples;
 mod feed;
+mod halls;
+mod worse_than_block;
 
 use std::path::{Path, PathBuf};
 

@@ -24,6 +24,9 @@ const MOST_OUTSIDE_LOD22: f64 = 0.003;
 /// The same of LoD 1.2, whose footprint loses the tip of a corner of 1 cm where it touches itself.
 const MOST_OUTSIDE_LOD12: f64 = 0.005;
 
+/// The most that a model may fit its points worse than the block, metres; a millimetre for rounding.
+const MOST_WORSE_THAN_BLOCK: f64 = 0.021;
+
 /// What became of a building.
 pub struct Judged {
     /// Its step of the ladder, and why it is not the first.
@@ -112,6 +115,12 @@ fn breaches(site: &Site, building: &Building) -> Vec<String> {
                 breaches.push(format!("LoD {lod}: {outside:.4} m outside the footprint"));
             }
         }
+    }
+    let measures = &building.measures;
+    if let (Some(rmse), Some(block)) = (measures.rmse_lod22, measures.rmse_lod12)
+        && rmse > block + MOST_WORSE_THAN_BLOCK
+    {
+        breaches.push(format!("LoD 2.2 fits its points to {rmse:.3} m, LoD 1.2 to {block:.3} m"));
     }
     let (solids, blocks) = (model.lod22().count(), model.lod12().count());
     let explained = match &building.outcome {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintLayer, FootprintOptions};
-use crate::source::points::{self, Tile, TileSummary};
+use crate::source::points::{self, Tile, TileProblem, TileSummary};
 
 /// What is in the files.
 #[derive(Debug, Default, Serialize)]
@@ -83,6 +83,17 @@ pub struct FootprintsInfo {
     pub warnings: Vec<String>,
     /// How they lie on the tiles that were given.
     pub overlap: Option<OverlapInfo>,
+    /// Whether all of it is there; the warnings tell what is not.
+    pub is_whole: bool,
+}
+
+impl Info {
+    /// Whether every file could be read to its end.
+    pub fn is_whole(&self) -> bool {
+        let is_missing = |problem: &TileProblem| matches!(problem, TileProblem::MissingPoints { .. });
+        self.tiles.iter().all(|tile| !tile.summary.problems.iter().any(is_missing))
+            && self.footprints.iter().all(|layer| layer.is_whole)
+    }
 }
 
 /// A feature without a usable polygon.
@@ -200,6 +211,7 @@ fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {
             .map(|crs| area() * crs.metres_per_unit[0] * crs.metres_per_unit[1]),
         warnings: layer.warnings.clone(),
         overlap: None,
+        is_whole: layer.missing == 0 && !layer.is_damaged,
     }
 }
 

@@ -47,7 +47,7 @@ pub struct Args {
 
 /// Describes the files.
 ///
-/// Exit code 2 says that some of the files could not be read.
+/// Exit code 2 says that some of the files could not be read, or not wholly.
 ///
 /// # Errors
 /// None of the files can be read, or a CRS that was given is none.
@@ -72,7 +72,7 @@ pub fn main(args: &Args) -> Outcome {
     } else {
         print(&table::table_of(&info))?;
     }
-    Ok(if faults.is_empty() { 0 } else { 2 })
+    Ok(if faults.is_empty() && info.is_whole() { 0 } else { 2 })
 }
 
 /// Parts footprint files, told by their extension, from tiles.

@@ -58,7 +58,10 @@ impl Complex {
 
     /// The axis-aligned box of a cell, local metres.
     pub fn cell_aabb(&self, cell: CellId) -> Aabb {
-        let vertices = self.cell_vertices(cell);
+        self.aabb_of(&self.cell_vertices(cell))
+    }
+
+    fn aabb_of(&self, vertices: &[VertexId]) -> Aabb {
         Aabb::of(vertices.iter().map(|&v| &self.vertices[v as usize].position))
             .unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] })
     }
@@ -99,8 +102,8 @@ impl Complex {
         })
     }
 
-    /// Volume and centroid of a cell.
-    fn cell_moments(&self, cell: CellId) -> (f64, Point3<f64>) {
+    /// Volume and centroid of a cell: [`Self::cell_volume`] and [`Self::cell_centroid`] at the cost of one.
+    pub(crate) fn cell_moments(&self, cell: CellId) -> (f64, Point3<f64>) {
         let vertices = self.cell_vertices(cell);
         let count = vertices.len().max(1) as f64;
         let positions = vertices.iter().map(|&v| self.vertices[v as usize].position.coords);
@@ -113,7 +116,7 @@ impl Complex {
         // The volume of a sliver drowns in rounding errors, and its centroid with it: the mean of its vertices is
         // inside whatever happens.
         let offset = moment / volume;
-        let aabb = self.cell_aabb(cell);
+        let aabb = self.aabb_of(&vertices);
         let inside = (0..3).all(|axis| (aabb.min[axis]..=aabb.max[axis]).contains(&(middle[axis] + offset[axis])));
         (volume.max(0.0), if inside { middle + offset } else { middle })
     }

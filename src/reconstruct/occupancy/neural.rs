@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::inputs::{Inputs, lookup};
+use super::inputs::{Inputs, Windows, lookup};
 use super::network::{Answer, Interface, Network, NetworkError, Queries};
 use super::sparing::Spared;
 use super::{Occupancy, OccupancyError};
@@ -31,9 +31,12 @@ pub enum CellRule {
     Paper,
 }
 
-/// What all places of a building share: its code, or for Points2Surf its sub-sample.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Encoded(Vec<f32>);
+/// What all places of a building share, window by window: its code, or for Points2Surf its sub-sample.
+#[derive(Debug, Clone)]
+pub struct Encoded<'a> {
+    windows: Windows<'a>,
+    shared: Vec<Vec<f32>>,
+}
 
 /// A network as an occupancy.
 #[derive(Debug, Clone)]
@@ -52,23 +55,24 @@ impl Neural {
     ///
     /// # Errors
     /// Fails when the network does.
-    pub fn encode(&self, inputs: &Inputs) -> Result<Encoded, NetworkError> {
-        Ok(Encoded(match self.network.interface() {
-            Interface::Field { grid, .. } => self.network.encode(&inputs.raster(grid))?,
-            Interface::Points2Surf { subsample, .. } => inputs.subsample(subsample),
-        }))
+    pub fn encode<'a>(&self, inputs: &Inputs<'a>) -> Result<Encoded<'a>, NetworkError> {
+        Ok(match self.network.interface() {
+            Interface::Field { grid, .. } => {
+                let windows = Windows::new(inputs);
+                let codes = windows.inputs().iter().map(|window| self.network.encode(&window.raster(grid)));
+                Encoded { shared: codes.collect::<Result<_, _>>()?, windows }
+            }
+            Interface::Points2Surf { subsample, .. } => {
+                Encoded { windows: Windows::whole(inputs), shared: vec![inputs.subsample(subsample)] }
+            }
+        })
     }
 
     /// The answers at some places of a building, local metres, and the radius in metres of the patch at each.
     ///
     /// # Errors
     /// Fails when the network does.
-    pub fn query(
-        &self,
-        inputs: &Inputs,
-        encoded: &Encoded,
-        places: &[Point3<f64>],
-    ) -> Result<Vec<(Answer, f64)>, NetworkError> {
+    pub fn query(&self, encoded: &Encoded, places: &[Point3<f64>]) -> Result<Vec<(Answer, f64)>, NetworkError> {
         let interface = self.network.interface();
         let mut answers = Vec::with_capacity(places.len());
         let mut queries = Queries::default();
@@ -77,7 +81,9 @@ impl Neural {
             queries.clear();
             radii.clear();
             for place in batch {
-                radii.push(queries.push(&interface, inputs, &encoded.0, place));
+                let window = encoded.windows.at(place);
+                let (inputs, shared) = (&encoded.windows.inputs()[window], &encoded.shared[window]);
+                radii.push(queries.push(&interface, inputs, shared, place));
             }
             answers.extend(self.network.decode(&queries)?.into_iter().zip(radii.iter().copied()));
         }
@@ -144,7 +150,7 @@ impl Occupancy for Neural {
 
     fn probability(&self, building: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, OccupancyError> {
         let inputs = Inputs::new(building);
-        let answers = self.query(&inputs, &self.encode(&inputs)?, places)?;
+        let answers = self.query(&self.encode(&inputs)?, places)?;
         Ok(answers.iter().map(|(answer, _)| sigmoid(answer.inside.into())).collect())
     }
 }
@@ -162,7 +168,7 @@ impl Neural {
         let complex = &building.complex;
         let encoded = self.encode(inputs)?;
         let centroids: Vec<Point3<f64>> = cells.iter().map(|&cell| complex.cell_centroid(cell)).collect();
-        let answers = self.query(inputs, &encoded, &centroids)?;
+        let answers = self.query(&encoded, &centroids)?;
         let mut means: Vec<Mean> = answers.iter().map(|(answer, _)| Mean::default().and(*answer)).collect();
 
         let median = complex.median_volume();
@@ -185,7 +191,7 @@ impl Neural {
                 places.extend(chosen.map(|(_, place)| *place));
                 of.resize(places.len(), *slot);
             }
-            for (slot, (answer, _)) in of.into_iter().zip(self.query(inputs, &encoded, &places)?) {
+            for (slot, (answer, _)) in of.into_iter().zip(self.query(&encoded, &places)?) {
                 means[slot] = means[slot].and(answer);
             }
             open.retain(|(slot, _)| !means[*slot].is_decided());
@@ -202,7 +208,7 @@ impl Neural {
     ) -> Result<Vec<f64>, NetworkError> {
         let encoded = self.encode(inputs)?;
         let centroids: Vec<Point3<f64>> = cells.iter().map(|&cell| building.complex.cell_centroid(cell)).collect();
-        let answers = self.query(inputs, &encoded, &centroids)?;
+        let answers = self.query(&encoded, &centroids)?;
         let occupancy = |(&cell, (answer, radius)): (&u32, (Answer, f64))| {
             let distance = f64::from(answer.distance) * radius / inputs.scale();
             let volume = building.volumes[cell as usize] / inputs.scale().powi(3);

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::SurfaceError;
-use super::incidence::{Incidence, line};
+use super::incidence::{line, sort_along};
+use crate::geometry::Scattered;
 use crate::reconstruct::complex::{Complex, FacetId, OUTSIDE, PlaneId, VertexId};
 
 /// Twin of a half-edge on a non-manifold edge.
@@ -152,7 +153,10 @@ impl Boundary {
     }
 }
 
-/// The lines that carry the edges of some facets, each with all the facets' vertices on it in order.
+/// The two planes of an edge and its ends, lower first.
+type Edge = ((PlaneId, PlaneId), [VertexId; 2]);
+
+/// The lines that carry the edges of some facets, each with the facets' vertices on these edges in order.
 struct Edges {
     /// Pairs of planes, ascending, with the index of their line; sorted.
     pairs: Vec<((PlaneId, PlaneId), u32)>,
@@ -161,23 +165,22 @@ struct Edges {
 
 impl Edges {
     fn new(complex: &Complex, facets: &[FacetId]) -> Self {
-        let ordered = |a: PlaneId, b: PlaneId| (a.min(b), a.max(b));
         let mut vertices: Vec<VertexId> = Vec::new();
-        let mut pairs = Vec::new();
+        let mut edges: Vec<Edge> = Vec::new();
         for &facet in facets {
             let facet = &complex.facets[facet as usize];
             vertices.extend(&facet.corners);
-            pairs.extend(facet.edges.iter().map(|&edge| (ordered(facet.plane, edge), u32::MAX)));
+            for (i, &edge) in facet.edges.iter().enumerate() {
+                let (a, b) = (facet.corners[i], facet.corners[(i + 1) % facet.corners.len()]);
+                edges.push(((facet.plane.min(edge), facet.plane.max(edge)), [a.min(b), a.max(b)]));
+            }
         }
         vertices.sort_unstable();
         vertices.dedup();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut planes: Vec<PlaneId> = pairs.iter().flat_map(|((p, q), _)| [*p, *q]).collect();
-        planes.sort_unstable();
-        planes.dedup();
-        let incidence = Incidence::new(complex, &planes, &vertices);
-        let position = |plane: PlaneId| planes.binary_search(&plane).unwrap_or(0);
+        edges.sort_unstable();
+        edges.dedup();
+        let of_pairs: Vec<&[Edge]> = edges.chunk_by(|a, b| a.0 == b.0).collect();
+        let mut pairs: Vec<_> = of_pairs.iter().map(|edges| (edges[0].0, u32::MAX)).collect();
 
         // Three planes may share a line: the pairs are brought together by the line itself.
         let mut keyed: Vec<([i128; 6], usize)> = Vec::with_capacity(pairs.len());
@@ -187,13 +190,30 @@ impl Edges {
             }
         }
         keyed.sort_unstable();
+        let plan = |vertex: VertexId| {
+            let position = complex.vertices[vertex as usize].position;
+            [position.x, position.y]
+        };
+        let places = Scattered::new(&vertices.iter().map(|&vertex| plan(vertex)).collect::<Vec<_>>());
         let mut lines = Vec::new();
         for group in keyed.chunk_by(|a, b| a.0 == b.0) {
             let (p, q) = pairs[group[0].1].0;
+            let [p, q] = [p, q].map(|plane| &complex.planes[plane as usize]);
+            let mut found = Vec::new();
             for &(_, pair) in group {
                 pairs[pair].1 = lines.len() as u32;
+                for (_, ends) in of_pairs[pair] {
+                    places.near(ends.map(plan), |place| {
+                        let vertex = vertices[place as usize];
+                        let position = &complex.vertices[vertex as usize];
+                        if p.side(position).is_eq() && q.side(position).is_eq() {
+                            found.push(vertex);
+                        }
+                    });
+                }
             }
-            lines.push(incidence.along(complex, &group[0].0, (position(p), position(q)), &vertices));
+            sort_along(complex, &group[0].0, &mut found);
+            lines.push(found);
         }
         Self { pairs, lines }
     }

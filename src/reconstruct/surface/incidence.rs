@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use crate::reconstruct::complex::{Cell, CellId, Complex, IntegerPlane, PlaneId, Vertex, VertexId};
+use crate::reconstruct::complex::{Cell, CellId, Complex, IntegerPlane, Vertex, VertexId};
 
 /// Coordinates that differ by more than this (metres) are in the order of their floating-point values, which are right
 /// to below 10⁻⁹ m for coordinates below 10⁵ m.
@@ -55,50 +55,12 @@ fn compare_along(axis: usize, a: &Vertex, b: &Vertex) -> Ordering {
     if (p - q).abs() > CERTAIN { p.total_cmp(&q) } else { a.order(b) }
 }
 
-/// For a set of planes, which of a set of vertices lie on each: a bit per vertex.
-pub(super) struct Incidence {
-    words: usize,
-    bits: Vec<u64>,
-}
-
-impl Incidence {
-    /// Tests every plane against every vertex.
-    pub(super) fn new(complex: &Complex, planes: &[PlaneId], vertices: &[VertexId]) -> Self {
-        let words = vertices.len().div_ceil(64);
-        let mut bits = vec![0; words * planes.len()];
-        for (row, &plane) in bits.chunks_mut(words.max(1)).zip(planes) {
-            let plane = &complex.planes[plane as usize];
-            for (i, &vertex) in vertices.iter().enumerate() {
-                if plane.side(&complex.vertices[vertex as usize]).is_eq() {
-                    row[i / 64] |= 1 << (i % 64);
-                }
-            }
-        }
-        Self { words, bits }
-    }
-
-    /// Positions of the vertices that lie on both planes (given by their positions).
-    fn on_both(&self, p: usize, q: usize) -> impl Iterator<Item = usize> + '_ {
-        let row = |i: usize| &self.bits[i * self.words..(i + 1) * self.words];
-        row(p).iter().zip(row(q)).enumerate().flat_map(|(word, (a, b))| {
-            let common = a & b;
-            (0..64).filter(move |bit| common >> bit & 1 == 1).map(move |bit| word * 64 + bit)
-        })
-    }
-
-    /// The vertices on the line of two planes, in order along it.
-    pub(super) fn along(
-        &self,
-        complex: &Complex,
-        line: &[i128; 6],
-        (p, q): (usize, usize),
-        vertices: &[VertexId],
-    ) -> Vec<VertexId> {
-        let axis = line.iter().take(3).position(|component| *component != 0).unwrap_or(0);
-        let mut found: Vec<VertexId> = self.on_both(p, q).map(|i| vertices[i]).collect();
-        found.sort_by(|&a, &b| compare_along(axis, &complex.vertices[a as usize], &complex.vertices[b as usize]));
-        found
-    }
+/// Puts the vertices on a line in their order along it, each once.
+pub(super) fn sort_along(complex: &Complex, line: &[i128; 6], found: &mut Vec<VertexId>) {
+    let axis = line.iter().take(3).position(|component| *component != 0).unwrap_or(0);
+    found.sort_unstable();
+    found.dedup();
+    found.sort_by(|&a, &b| compare_along(axis, &complex.vertices[a as usize], &complex.vertices[b as usize]));
 }
 
 #[cfg(test)]

@@ -91,6 +91,8 @@ pub struct FootprintLayer {
     pub warnings: Vec<String>,
     /// How many features are missing because the file is cut off, as far as the file tells.
     pub missing: u64,
+    /// Whether it lacks something else that belongs to it, such as a part of a shapefile; the warnings tell.
+    pub is_damaged: bool,
     /// The number in the file of every footprint, in the same order.
     numbers: Vec<usize>,
 }
@@ -104,6 +106,8 @@ struct LayerInfo {
     columns: Vec<String>,
     /// How many features a file that is cut off has lost.
     missing: u64,
+    /// Whether it lacks something else that belongs to it, which the warnings tell.
+    is_damaged: bool,
     warnings: Vec<String>,
 }
 
@@ -145,6 +149,7 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         if filter.as_ref().is_none_or(|filter| filter.matches(&feature.attributes)) {
             let RawFeature { attributes, outline } = feature;
             // Judged at once: a polygon takes less room than the rings that it is made of.
+            let attributes = exactly(attributes);
             kept.push(Kept { index, attributes, polygon: outline.and_then(Outline::into_valid) });
         }
         index += 1;
@@ -169,6 +174,7 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         id_attribute: ids.attribute,
         warnings: info.warnings,
         missing: info.missing,
+        is_damaged: info.is_damaged,
         numbers: Vec::new(),
     };
     layer.warnings.extend(ids.warnings);
@@ -186,6 +192,13 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         layer.warnings.push(format!("the filter lets none of {index} features through"));
     }
     Ok(layer)
+}
+
+/// The same in as little memory as it takes: a map that has grown has room for more, and there is one for each feature.
+fn exactly(attributes: Map<String, Value>) -> Map<String, Value> {
+    let mut exact = Map::with_capacity(attributes.len());
+    exact.extend(attributes);
+    exact
 }
 
 impl FootprintLayer {

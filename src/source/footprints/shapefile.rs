@@ -6,7 +6,6 @@ use std::path::Path;
 
 use ::shapefile::{PolygonRing, ReadableShape, Shape};
 use geo::{BoundingRect, Contains, Coord, LineString, Point, Polygon};
-use serde_json::Map;
 
 use super::dbf::Table;
 use super::format::{stem, with_extension};
@@ -17,6 +16,8 @@ use crate::error::{Error, InputError, Result};
 /// Bytes of the header of the file and of each record.
 const FILE_HEADER: u64 = 100;
 const RECORD_HEADER: usize = 8;
+/// Bytes of an entry of the index.
+const INDEX_ENTRY: u64 = 8;
 
 /// Reads a shapefile. Record after record is cut out and judged by itself.
 pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
@@ -33,39 +34,89 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     }
     let dbf = with_extension(path, "dbf");
     let mut table = dbf.map(|dbf| Table::open(&dbf, text_beside("cpg").as_deref())).transpose()?;
-    if table.is_none() {
-        info.warnings.push("there is no .dbf beside it: features have no attributes".into());
+    let mut lacks = Vec::new();
+    match &table {
+        Some(table) => {
+            info.columns.extend(table.columns().cloned());
+            let binary = table.binary_columns();
+            info.warnings.extend(binary.map(|name| format!("attribute `{name}` is binary and was left out")));
+        }
+        None => lacks.push("there is no .dbf beside it: features have no attributes".into()),
     }
-    if let Some(table) = &table {
-        info.columns.extend(table.columns().cloned());
-        info.warnings
-            .extend(table.binary_columns().map(|name| format!("attribute `{name}` is binary and was left out")));
-    }
-    let mut deleted = 0;
-    let mut attributes_of_next = || table.as_mut().map(Table::next);
-    let mut hand_over = |record, outline| match record {
-        Some(Some(super::dbf::Record { is_deleted: true, .. })) => deleted += 1,
-        Some(Some(record)) => sink(RawFeature { attributes: record.attributes, outline }),
-        Some(None) | None => sink(RawFeature { attributes: Map::new(), outline }),
-    };
+    let (mut deleted, mut shapes, mut without_record) = (0_u64, 0_u64, 0_u64);
     let mut records = Records::open(path)?;
     while let Some(content) = records.next() {
-        hand_over(attributes_of_next(), content.and_then(|content| outline_of(&content)));
+        shapes += 1;
+        let outline = content.and_then(|content| outline_of(&content));
+        let record = table.as_mut().and_then(Table::next);
+        without_record += u64::from(record.is_none());
+        match record {
+            Some(record) if record.is_deleted => deleted += 1,
+            record => {
+                sink(RawFeature { attributes: record.map(|record| record.attributes).unwrap_or_default(), outline });
+            }
+        }
     }
+    let mut features = shapes;
     // What the table still has is missing from a file that is cut off.
-    while let Some(record @ Some(_)) = attributes_of_next() {
-        hand_over(Some(record), Err("its shape is missing from the .shp file".into()));
+    while let Some(record) = table.as_mut().and_then(Table::next) {
+        features += 1;
+        if record.is_deleted {
+            deleted += 1;
+        } else {
+            sink(RawFeature {
+                attributes: record.attributes,
+                outline: Err("its shape is missing from the .shp file".into()),
+            });
+        }
     }
     if deleted > 0 {
         info.warnings.push(format!("{deleted} features are marked as deleted and were left out"));
     }
+    if table.is_some() && without_record > 0 {
+        lacks.push(format!("the .dbf beside it is cut off: {without_record} of {shapes} features have no attributes"));
+    }
+    let listed = listed(path).map_err(|lack| lacks.push(lack)).unwrap_or(shapes);
+    info.missing = listed.saturating_sub(features);
+    let of = listed.max(features);
+    if records.whole < of {
+        lacks.push(format!("it is cut off: {} of {of} shapes are missing", of - records.whole));
+    } else if records.is_cut_off {
+        lacks.push("it is shorter than it says: shapes may be missing".into());
+    }
+    info.is_damaged = !lacks.is_empty();
+    info.warnings.extend(lacks);
     Ok(info)
+}
+
+/// How many shapes the index (`.shx`) lists that a shapefile must have; or what is wrong with it.
+fn listed(path: &Path) -> Result<u64, String> {
+    let index = with_extension(path, "shx").ok_or("there is no .shx beside it: some may have been lost unseen")?;
+    let unreadable = |error| format!("the .shx beside it cannot be read: {error}");
+    let mut file = File::open(index).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut header = [0; FILE_HEADER as usize];
+    file.read_exact(&mut header).map_err(unreadable)?;
+    if stated_length(&header) > length {
+        return Err("the .shx beside it is cut off".into());
+    }
+    Ok((stated_length(&header).saturating_sub(FILE_HEADER)) / INDEX_ENTRY)
+}
+
+/// The length of a file in bytes as its header states it.
+fn stated_length(header: &[u8; FILE_HEADER as usize]) -> u64 {
+    let words = header[24..].first_chunk().map_or(0, |bytes| u32::from_be_bytes(*bytes));
+    2 * u64::from(words)
 }
 
 /// The records of a `.shp` file as bytes.
 struct Records {
     file: BufReader<File>,
     left: u64,
+    /// How many were read that are whole.
+    whole: u64,
+    /// Whether the file is shorter than its header states, or ends within a record.
+    is_cut_off: bool,
 }
 
 impl Records {
@@ -76,7 +127,7 @@ impl Records {
         let mut header = [0; FILE_HEADER as usize];
         file.read_exact(&mut header)
             .map_err(|_| InputError::new(path, "a file that is too short", "a shapefile with its header"))?;
-        Ok(Self { file, left: length - FILE_HEADER })
+        Ok(Self { file, left: length - FILE_HEADER, whole: 0, is_cut_off: stated_length(&header) > length })
     }
 
     /// The content of the next record, an error where the file ends within it, `None` at the end.
@@ -87,10 +138,11 @@ impl Records {
         let [.., a, b, c, d] = header;
         let length = 2 * u64::from(u32::from_be_bytes([a, b, c, d]));
         let Some(left) = self.left.checked_sub(length) else {
-            self.left = 0;
+            (self.left, self.is_cut_off) = (0, true);
             return Some(Err("the .shp file ends within its shape".into()));
         };
         self.left = left;
+        self.whole += 1;
         let mut content = vec![0; usize::try_from(length).ok()?];
         Some(self.file.read_exact(&mut content).map(|()| content).map_err(|e| format!("its shape cannot be read: {e}")))
     }

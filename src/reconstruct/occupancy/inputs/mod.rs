@@ -4,7 +4,8 @@
 //!
 //! The *field frame* of a building: x and y are 0 at the centre of the outline's box (without a footprint, of the
 //! points'), z is 0 at the ground, and lengths are divided by the scale, the largest side of the box from the ground to
-//! the highest roof point.
+//! the highest roof point. Buildings that are too large for a raster are looked at through `windows`, each with a field
+//! frame of its own.
 
 mod outline;
 mod patch;
@@ -13,28 +14,32 @@ mod raster;
 mod subsample;
 #[cfg(test)]
 mod tests;
+mod windows;
 
 use std::num::NonZero;
+use std::sync::Arc;
 
 use kiddo::ImmutableKdTree;
 use nalgebra::{Point3, Vector3};
 
 use super::height_field::RoofEvidence;
+use crate::geometry::Aabb;
 use crate::reconstruct::Partitioned;
 pub(crate) use outline::Outline;
 pub use patch::PATCH_CHANNELS;
 pub use place::PLACE_CHANNELS;
 pub use raster::{HALF_WIDTH, RASTER_CHANNELS, lookup};
+pub(super) use windows::Windows;
 
 /// Everything that the networks may ask about one building.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Inputs<'a> {
     building: &'a Partitioned<'a>,
     evidence: RoofEvidence<'a>,
-    outline: Option<Outline>,
-    tree: Option<ImmutableKdTree<f64, 3>>,
+    outline: Option<Arc<Outline>>,
+    tree: Option<Arc<ImmutableKdTree<f64, 3>>>,
     /// For each point, the primitive that it lies on.
-    owners: Vec<Option<u32>>,
+    owners: Arc<[Option<u32>]>,
     /// The origin of the field frame, local metres.
     origin: Point3<f64>,
     /// Metres per unit of the field frame.
@@ -68,18 +73,19 @@ impl<'a> Inputs<'a> {
         Self {
             building,
             evidence: RoofEvidence::new(hypotheses),
-            outline: site.footprint.as_ref().map(Outline::new),
-            tree: ImmutableKdTree::new_from_slice(&coordinates).ok().filter(|_| !coordinates.is_empty()),
-            owners,
-            origin: Point3::new(
-                f64::midpoint(bounds.min[0], bounds.max[0]),
-                f64::midpoint(bounds.min[1], bounds.max[1]),
-                site.ground.height,
-            ),
-            scale: extent.into_iter().fold(1.0, f64::max),
+            outline: site.footprint.as_ref().map(Outline::new).map(Arc::new),
+            tree: ImmutableKdTree::new_from_slice(&coordinates).ok().filter(|_| !coordinates.is_empty()).map(Arc::new),
+            owners: owners.into(),
+            origin: origin(bounds, site.ground.height),
+            scale: scale(bounds),
             spacing: (area / count.max(1.0)).sqrt().clamp(0.05, 5.0),
             noise: (squares / f64::max(count, 1.0)).sqrt(),
         }
+    }
+
+    /// The same building seen through a window: with the field frame of this box.
+    fn window(&self, bounds: &Aabb) -> Self {
+        Self { origin: origin(bounds, self.origin.z), scale: scale(bounds), ..self.clone() }
     }
 
     /// Metres per unit of the field frame.
@@ -103,4 +109,15 @@ impl<'a> Inputs<'a> {
         found.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         found
     }
+}
+
+/// The origin of the field frame of a box over the ground, local metres.
+fn origin(bounds: &Aabb, ground: f64) -> Point3<f64> {
+    let [x, y] = [0, 1].map(|axis| f64::midpoint(bounds.min[axis], bounds.max[axis]));
+    Point3::new(x, y, ground)
+}
+
+/// Metres per unit of the field frame of a box.
+fn scale(bounds: &Aabb) -> f64 {
+    bounds.extent().into_iter().fold(1.0, f64::max)
 }

@@ -69,7 +69,7 @@ impl Inputs<'_> {
     pub fn raster(&self, grid: usize) -> Vec<f32> {
         let mut pixels = vec![Pixel::EMPTY; grid * grid];
         let roof = (self.building.hypotheses.bounds.max[2] - self.origin.z).max(1e-3);
-        for (point, owner) in self.building.site.points.iter().zip(&self.owners) {
+        for (point, owner) in self.building.site.points.iter().zip(self.owners.iter()) {
             let p = self.to_field(point);
             let index = |v: f64| ((v + HALF_WIDTH) / (2.0 * HALF_WIDTH) * grid as f64).floor();
             let (column, row) = (index(p.x), index(p.y));

@@ -142,3 +142,38 @@ fn a_small_cloud_is_repeated_and_not_padded() {
     inputs.patch(&Point3::new(5.0, 5.0, 2.0), 100, &mut patch);
     assert_eq!(patch[..7 * 40], patch[7 * 60..]);
 }
+
+#[test]
+fn a_hall_is_looked_at_through_windows_and_a_house_as_a_whole() {
+    let hall = |length: f64| {
+        let ring = LineString::from(vec![(0.0, 0.0), (length, 0.0), (length, 40.0), (0.0, 40.0)]);
+        let columns = length as usize;
+        let points =
+            (0..40 * columns).map(|i| Point3::new((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5, 6.0));
+        Site { footprint: Some(MultiPolygon(vec![Polygon::new(ring, vec![])])), points: points.collect(), ..flat() }
+    };
+    let (house, hall) = (hall(100.0), hall(160.0));
+    let building = Partitioned::new(&house, &Parameters::default()).unwrap();
+    let whole = Inputs::new(&building);
+    let windows = Windows::new(&whole);
+    assert_eq!((windows.inputs().len(), windows.at(&Point3::new(90.0, 30.0, 3.0))), (1, 0));
+    assert_eq!(windows.inputs()[0].raster(32), whole.raster(32));
+
+    let building = Partitioned::new(&hall, &Parameters::default()).unwrap();
+    let whole = Inputs::new(&building);
+    let windows = Windows::new(&whole);
+    // The box has a margin of 1 m; four windows of 40.5 m and their rims.
+    assert_eq!(windows.inputs().len(), 4);
+    for (place, at) in [(-9.0, 0), (1.0, 0), (45.0, 1), (90.0, 2), (159.0, 3), (999.0, 3)] {
+        let place = Point3::new(place, 20.0, 3.0);
+        assert_eq!(windows.at(&place), at, "{place}");
+        let seen = &windows.inputs()[at];
+        assert!((seen.scale() - 52.0).abs() < 1e-9, "{}", seen.scale());
+        let field = seen.to_field(&place);
+        assert!(!(0.0..160.0).contains(&place.x) || field.x.abs() < 0.5, "{field}");
+    }
+    assert!((whole.scale() - 162.0).abs() < 1e-9);
+    // The rim of a window shows what is beyond it.
+    let raster = windows.inputs()[1].raster(32);
+    assert!((0..32).all(|column| raster[16 * 32 + column] == 1.0), "hit everywhere in the middle row");
+}

@@ -1,14 +1,14 @@
 //! GeoPackage, SpatiaLite, Shapefile and FlatGeobuf, written by the tests themselves.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use geo::{Area, Contains};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::super::{FootprintOptions, read};
+use super::super::{FootprintLayer, FootprintOptions, read};
 use super::{assert_sound, ids, plain};
 
 /// A well-known binary polygon of one ring, with z where wanted.
@@ -184,6 +184,67 @@ fn shapefiles_with_holes_long_numbers_and_accents() {
     assert!(layer.rejected.len() == 1 && layer.rejected[0].reason.contains("ends within"), "{:?}", layer.rejected);
     assert!(layer.crs.is_none() && layer.warnings.iter().any(|w| w.contains(".prj")));
     assert_sound(&layer);
+}
+
+/// A shapefile of so many squares with the attribute `id`, and the bytes of its `.shp`, `.shx` and `.dbf`.
+fn squares(folder: &TempDir, count: usize) -> (PathBuf, [Vec<u8>; 3]) {
+    use ::shapefile::dbase::{FieldName, FieldValue, Record, TableWriterBuilder};
+    use ::shapefile::{Point, Polygon, PolygonRing, Writer};
+    let path = folder.path().join("squares.shp");
+    let table = TableWriterBuilder::new().add_character_field(FieldName::try_from("id").unwrap(), 8);
+    let mut writer = Writer::from_path(&path, table).unwrap();
+    for i in 0..count {
+        let x = 10.0 * i as f64;
+        let ring = [(x, 0.0), (x, 5.0), (x + 5.0, 5.0), (x + 5.0, 0.0)].map(|(x, y)| Point::new(x, y));
+        let mut record = Record::default();
+        record.insert("id".into(), FieldValue::Character(Some(format!("b{i}"))));
+        writer.write_shape_and_record(&Polygon::new(PolygonRing::Outer(ring.to_vec())), &record).unwrap();
+    }
+    drop(writer);
+    let bytes = ["shp", "shx", "dbf"].map(|part| fs::read(path.with_extension(part)).unwrap());
+    (path, bytes)
+}
+
+#[test]
+fn a_shapefile_says_which_of_its_parts_it_lacks() {
+    let folder = TempDir::new().unwrap();
+    let (path, parts) = squares(&folder, 4);
+    let layer_with = |shorter: &[(&str, usize)]| {
+        for (part, bytes) in ["shp", "shx", "dbf"].iter().zip(&parts) {
+            let at = path.with_extension(part);
+            match shorter.iter().find(|(name, _)| name == part) {
+                Some((_, 0)) => fs::remove_file(&at).unwrap_or_default(),
+                Some((_, by)) => fs::write(&at, &bytes[..bytes.len() - by]).unwrap(),
+                None => fs::write(&at, bytes).unwrap(),
+            }
+        }
+        read(&path, &FootprintOptions::default()).unwrap()
+    };
+    let lacks = |layer: &FootprintLayer| {
+        let beside = [".prj", "numbered"];
+        let warnings = layer.warnings.iter().filter(|warning| !beside.iter().any(|word| warning.contains(word)));
+        warnings.cloned().collect::<Vec<_>>().join("; ")
+    };
+    let record = (parts[0].len() - 100) / 4;
+    let whole = layer_with(&[]);
+    assert_eq!((whole.footprints.len(), whole.is_damaged, lacks(&whole).as_str()), (4, false, ""));
+
+    for (shorter, footprints, rejected, missing, says) in [
+        // The table tells of the shapes that are gone; the index does where there is no table.
+        (&[("shp", record)][..], 3, 1, 0, "it is cut off: 1 of 4 shapes are missing"),
+        (&[("shp", record + 9)], 2, 2, 0, "it is cut off: 2 of 4 shapes are missing"),
+        (&[("shp", 2 * record), ("dbf", 0)], 2, 0, 2, "it is cut off: 2 of 4 shapes are missing"),
+        (&[("shp", 2 * record), ("dbf", 0), ("shx", 0)], 2, 0, 0, "shorter than it says"),
+        (&[("dbf", 0)], 4, 0, 0, "there is no .dbf beside it"),
+        (&[("dbf", 12)], 4, 0, 0, "the .dbf beside it is cut off: 2 of 4 features have no attributes"),
+        (&[("shx", 0)], 4, 0, 0, "there is no .shx beside it"),
+        (&[("shx", 3)], 4, 0, 0, "the .shx beside it is cut off"),
+    ] {
+        let layer = layer_with(shorter);
+        let found = (layer.footprints.len(), layer.rejected.len(), layer.missing);
+        assert_eq!(found, (footprints, rejected, missing), "{shorter:?}: {:?}", layer.warnings);
+        assert!(layer.is_damaged && lacks(&layer).contains(says), "{shorter:?}: {:?}", layer.warnings);
+    }
 }
 
 #[test]
