@@ -199,10 +199,24 @@ pub struct Measures {
     pub volume_lod22: Option<f64>,
     /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned; `None` without such a model.
     pub completeness: Option<Extents>,
+    /// What making the LoD 2.2 model again, with hypotheses for what it lacked, brought; `None` where it was not or brought
+    /// nothing.
+    pub revision: Option<Revision>,
     /// val3dity codes of the LoD 2.2 solid that was rejected; empty when a valid one was found.
     pub faults_lod22: Vec<u16>,
     /// The attempts at LoD 2.2 that came to nothing, finest first.
     pub setbacks: Vec<Setback>,
+}
+
+/// What making a model again brought.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct Revision {
+    /// How many times it was made again and became better.
+    pub rounds: u32,
+    /// What was missing or in excess in the first model, square metres.
+    pub before: f64,
+    /// What is in the last one, square metres.
+    pub after: f64,
 }
 
 /// Percentiles of the roof height, metres in the local frame.

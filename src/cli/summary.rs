@@ -3,7 +3,7 @@
 use super::output::{duration, table, thousands};
 use crate::building::{LadderStep, Outcome, Reason};
 use crate::completeness::Count;
-use crate::report::{BuildingReport, Percentiles, Report};
+use crate::report::{BuildingReport, Percentiles, Report, Revised};
 
 /// How many failed buildings the summary names; the report names all.
 const NAMED: usize = 10;
@@ -104,6 +104,12 @@ pub fn summary(report: &Report) -> String {
             of("roofed ground in", &faults.roofed_ground),
         ];
         lines.push(("areas from 10 m²", text.join(", ")));
+    }
+    let revised = report.quality.revised;
+    if revised.buildings > 0 {
+        let Revised { buildings, before, after } = revised;
+        let text = format!("{buildings} buildings: of {before:.0} m² missing or in excess {after:.0} m² are left");
+        lines.push(("made again", text));
     }
     let mut cost = vec![duration(report.wall_seconds)];
     cost.extend(report.cpu_seconds.map(|cpu| format!("{} of processor time", duration(cpu))));

@@ -96,7 +96,9 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(fit) if failure.is_none() => fit,
         _ => {
             // What was made of it, or of its covered part, says nothing of a block.
-            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, .. } = &mut measures;
+            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } =
+                &mut measures;
+            *revision = None;
             (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
             let scanned = fit::Scanned {
                 site: &standing.site,

@@ -5,7 +5,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::building::{Building, LadderStep, Outcome, Setback};
+use crate::building::{Building, LadderStep, Outcome, Revision, Setback};
 use crate::completeness::Extents;
 use crate::site::GroundSource;
 
@@ -37,6 +37,8 @@ pub struct BuildingReport {
     pub rmse_lod22: Option<f64>,
     /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned.
     pub completeness: Option<Extents>,
+    /// What making the LoD 2.2 model again, with hypotheses for what it lacked, brought.
+    pub revision: Option<Revision>,
     /// The step of the ladder on which the building stands; null for a feature without usable geometry.
     pub ladder_step: Option<LadderStep>,
     /// The attempts at LoD 2.2 that came to nothing, finest first.
@@ -71,6 +73,7 @@ impl BuildingReport {
             rmse_lod12: measures.rmse_lod12,
             rmse_lod22: measures.rmse_lod22,
             completeness: measures.completeness,
+            revision: measures.revision,
             ladder_step: building.ladder_step(),
             setbacks: measures.setbacks.clone(),
             faults_lod22: measures.faults_lod22.clone(),

@@ -23,7 +23,7 @@ use crate::sink::write_json;
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
 pub use counts::{Counts, Verdict};
-pub use quality::{Percentiles, Quality};
+pub use quality::{Percentiles, Quality, Revised};
 
 /// The report of a run.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

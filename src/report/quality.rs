@@ -15,6 +15,29 @@ pub struct Quality {
     pub rmse_lod12: Option<Percentiles>,
     /// Buildings of which something is scanned and not in the LoD 2.2 model, or in it and not scanned.
     pub completeness: completeness::Counts,
+    /// Buildings whose LoD 2.2 model became better by being made again.
+    pub revised: Revised,
+}
+
+/// What making models again brought, over all buildings of which it made the model better.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Revised {
+    /// Number of buildings.
+    pub buildings: usize,
+    /// What was missing or in excess in their first models, square metres.
+    pub before: f64,
+    /// What is in their last ones, square metres.
+    pub after: f64,
+}
+
+impl Revised {
+    fn of(buildings: &[BuildingReport]) -> Self {
+        buildings.iter().filter_map(|b| b.revision).fold(Self::default(), |sum, revision| Self {
+            buildings: sum.buildings + 1,
+            before: sum.before + revision.before,
+            after: sum.after + revision.after,
+        })
+    }
 }
 
 /// Percentiles over buildings, by nearest rank: each is the value of one of the buildings.
@@ -49,6 +72,7 @@ impl Quality {
             rmse_lod22: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod22)),
             rmse_lod12: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod12)),
             completeness: completeness::Counts::of(buildings.iter().filter_map(|b| b.completeness.as_ref())),
+            revised: Revised::of(buildings),
         }
     }
 }
