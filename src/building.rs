@@ -149,6 +149,8 @@ pub enum Reason {
     TooComplex,
     /// The model would have risen above the highest point of the building.
     AboveEvidence,
+    /// The roof would have been lower above the ground than a building is.
+    TooLow,
     /// The method failed in a way that is a fault of the program; the detail says where.
     Internal,
 }

@@ -21,6 +21,7 @@ pub fn reason(reason: Reason) -> &'static str {
         Reason::InvalidSolid => "the solid would have been invalid",
         Reason::TooComplex => "too many planes for the memory",
         Reason::AboveEvidence => "the model would have risen above its points",
+        Reason::TooLow => "the roof is hardly above the ground",
         Reason::Internal => "a fault of gable itself; please report it",
     }
 }
