@@ -9,7 +9,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test load-test platforms loop setup lint doc bench picture page header
+.PHONY: quickstart test load-test platforms loop setup lint dependencies doc bench picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -43,6 +43,10 @@ lint: setup
 	cargo fmt --check
 	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
+
+# Licences of all crates, and known vulnerabilities where the list of them can be fetched.
+dependencies: setup
+	python3 scripts/dependencies.py
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps

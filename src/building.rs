@@ -151,6 +151,8 @@ pub enum Reason {
     AboveEvidence,
     /// The model would have fitted its points worse than the LoD 1.2 block does.
     WorseThanBlock,
+    /// The roof would have been lower above the ground than a building is.
+    TooLow,
     /// The method failed in a way that is a fault of the program; the detail says where.
     Internal,
 }

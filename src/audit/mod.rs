@@ -10,12 +10,16 @@
 //! that will read it. On a grid of 1 mm the rounding of two narrow faces beside each other can make one (once in the 4 400
 //! solids of five 3DBAG tiles, whose maker had checked them before they were rounded).
 //!
+//! The schema of the version that the file states is checked as well, and told apart from the geometry.
+//!
 //! What labels and attributes say of the geometry is checked too and kept apart, because val3dity would not call it invalid.
 
 mod attributes;
 mod feature;
 mod grid;
+mod hints;
 mod report;
+mod schema;
 mod templates;
 #[cfg(test)]
 mod tests;
@@ -30,6 +34,7 @@ use crate::source::crs::Crs;
 use crate::validate::Tolerances;
 use grid::Grid;
 pub use report::{Feature, Finding, Overview, Parameters, Report};
+use schema::Schema;
 use templates::Templates;
 
 /// How a file is checked.
@@ -41,13 +46,15 @@ pub struct Options {
     pub overlap: f64,
     /// Of each geometry only the faults of the lowest level (rings, polygons, shells, …) that has any, as val3dity does.
     pub first_level: bool,
+    /// Whether the file is checked by the official schema of its version.
+    pub schema: bool,
 }
 
 impl Default for Options {
     /// The default tolerances; an overlap of 1 mm, that of the snap tolerance, is no overlap.
     fn default() -> Self {
         let tolerances = Tolerances::default();
-        Self { tolerances, overlap: tolerances.snap, first_level: false }
+        Self { tolerances, overlap: tolerances.snap, first_level: false, schema: true }
     }
 }
 
@@ -61,7 +68,11 @@ const BATCH: usize = 512;
 /// The file cannot be read or is no CityJSON, or its CRS is geographic: distances in degrees mean nothing. A feature of a
 /// sequence that cannot be read is a finding on the file (901), and the others are checked.
 pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64)) -> Result<Report> {
-    let mut pieces = cityjson::features(path)?;
+    let mut pieces = if options.schema { cityjson::features_with_text(path) } else { cityjson::features(path) }?;
+    let mut schema = options.schema.then(|| Schema::of(path));
+    if let Some(schema) = &mut schema {
+        schema.root(&pieces.take_text());
+    }
     let crs = pieces.head().crs_code().and_then(|code| Crs::parse(&code).ok());
     if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic) {
         return Err(InputError::new(path, format!("the geographic CRS {}", crs.name), "coordinates in metres or feet")
@@ -85,7 +96,11 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
     let mut told = 0;
     loop {
         let mut batch = Vec::new();
-        for piece in pieces.by_ref().take(BATCH) {
+        for _ in 0..BATCH {
+            let Some(piece) = pieces.next() else { break };
+            if let Some(schema) = &mut schema {
+                schema.feature(&pieces.take_text());
+            }
             match piece {
                 Ok(model) => batch.push(model),
                 Err(Error::Input(fault)) => report.dataset_errors.push(Finding::new(901, "", fault.to_string())),
@@ -101,6 +116,11 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
         report.features.extend(check(&batch, &grids, &templates, options));
         progress(report.features.len(), read - told);
         told = read;
+    }
+    if let Some(schema) = schema {
+        let found = schema.close();
+        report.schema_errors = found.faults;
+        report.notes = found.notes;
     }
     Ok(report.close())
 }

@@ -99,6 +99,10 @@ pub struct Report {
     pub all_semantic_errors: BTreeSet<u16>,
     /// What is wrong with the file as a whole, and features that could not be read.
     pub dataset_errors: Vec<Finding>,
+    /// Where the file is not as the official schema of its version wants it.
+    pub schema_errors: Vec<Finding>,
+    /// What could not be checked, one sentence each.
+    pub notes: Vec<String>,
     /// The features by type.
     pub features_overview: Vec<Overview>,
     /// The geometries by type.
@@ -127,10 +131,23 @@ impl Report {
             all_errors: [].into(),
             all_semantic_errors: [].into(),
             dataset_errors: Vec::new(),
+            schema_errors: Vec::new(),
+            notes: Vec::new(),
             features_overview: Vec::new(),
             primitives_overview: Vec::new(),
             features: Vec::new(),
         }
+    }
+
+    /// What is invalid, in words: `schema`, `geometry`, `file`, or several of them; empty when all is valid.
+    pub fn invalid(&self) -> Vec<&'static str> {
+        let geometry = self.features.iter().any(|feature| !feature.validity);
+        let kinds = [
+            ("file", !self.dataset_errors.is_empty()),
+            ("schema", !self.schema_errors.is_empty()),
+            ("geometry", geometry),
+        ];
+        kinds.into_iter().filter(|(_, is_invalid)| *is_invalid).map(|(kind, _)| kind).collect()
     }
 
     /// Counts and closes.
@@ -143,7 +160,7 @@ impl Report {
             self.all_errors.extend(feature.errors.iter().map(|f| f.code));
             self.all_semantic_errors.extend(feature.semantic_errors.iter().map(|f| f.code));
         }
-        self.all_errors.extend(self.dataset_errors.iter().map(|f| f.code));
+        self.all_errors.extend(self.dataset_errors.iter().chain(&self.schema_errors).map(|f| f.code));
         self.features_overview = kinds.into_values().collect();
         self.primitives_overview = primitives.into_values().collect();
         self.validity = self.all_errors.is_empty();

@@ -6,6 +6,7 @@ use super::Outcome;
 use super::output::{counted, print, say};
 use super::reading::{ReadingProgress, file_size};
 use crate::convert::{Conversion, Pass, convert};
+use crate::sink::is_stream;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -20,6 +21,7 @@ Examples:
 
 The output:
   The extension chooses the format: .city.json, .city.jsonl, .3dtiles (a folder), .gpkg or .obj.
+  `-` is standard input and standard output, which gets CityJSONSeq; pipes do, too.
   A sequence (.city.jsonl) is read feature by feature, whatever its size; a CityJSON object is
   held in memory as a whole. Appearances, geometry templates, points and lines are left out
   and told. Several files become one model as in `gable merge`.
@@ -48,7 +50,7 @@ Exit codes:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -60,7 +62,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(after_help = MERGE_EXAMPLES)]
 pub struct MergeArgs {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
     #[arg(required = true, num_args = 2.., value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -71,7 +73,7 @@ pub struct MergeArgs {
 /// Where it goes, and what of it.
 #[derive(Debug, clap::Args)]
 struct Target {
-    /// The output: .city.json, .city.jsonl, .3dtiles (a folder), .gpkg or .obj
+    /// The output: .city.json, .city.jsonl, .3dtiles (a folder), .gpkg or .obj; `-` for CityJSONSeq to standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -108,6 +110,7 @@ fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
     // They are read once for their ids and once to be written.
     let size = inputs.iter().map(|path| file_size(path)).sum::<u64>() * 2;
     let Target { output, overwrite, crs, lod } = target;
+    let to_stream = is_stream(&output);
     let conversion = Conversion { inputs, output, overwrite, crs, lods: lod };
     let mut progress = ReadingProgress::new(label, size);
     let converted = convert(&conversion, &mut |at| {
@@ -125,6 +128,11 @@ fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
     let (features, objects) = (counted(written.features as u64, "feature"), counted(written.objects as u64, "object"));
     let format = written.format.map_or_else(String::new, |format| format!("{}, ", format.name()));
     let megabytes = written.bytes as f64 / 1e6;
-    print(&format!("{}: {format}{features}, {objects}, {megabytes:.1} MB\n", written.path.display()))?;
+    let said = format!("{}: {format}{features}, {objects}, {megabytes:.1} MB", written.path.display());
+    if to_stream {
+        say(&said);
+    } else {
+        print(&(said + "\n"))?;
+    }
     Ok(0)
 }

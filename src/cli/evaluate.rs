@@ -37,7 +37,7 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq file; with --field any number of them
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, `-` for standard input; with --field any number of them
     #[arg(value_name = "MODEL", required_unless_present_any = ["fields", "generate"])]
     models: Vec<PathBuf>,
 

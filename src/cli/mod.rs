@@ -26,9 +26,12 @@ mod trial;
 mod validate;
 mod view;
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use crate::error::Error;
 
 /// What a successful command leaves as its exit code, and an unsuccessful one as its error.
 type Outcome = crate::error::Result<u8>;
@@ -125,6 +128,8 @@ pub fn main() -> ExitCode {
     };
     match outcome {
         Ok(code) => ExitCode::from(code),
+        // Whoever reads our stream has heard enough.
+        Err(Error::Io { source, .. }) if source.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
             output::say(&format!("error: {error}"));
             ExitCode::from(FAILURE)

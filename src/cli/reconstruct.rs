@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use super::field::FieldArgs;
 use super::flags::Flags;
-use super::output::print;
+use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
 use crate::reconstruct::Parameters;
 use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
 use crate::segment::{BuildingClasses, SegmentOptions};
-use crate::sink::PointCloud;
+use crate::sink::{PointCloud, is_stream};
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 
@@ -34,7 +34,8 @@ The output:
   The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
   .3dtiles (3D Tiles, a folder), .gpkg (GeoPackage) or .obj (OBJ).
   A folder, or a name without an extension, gets a .city.json that is named after the tile
-  if there is one, else after the footprints. The report goes to OUT.report.json. Ctrl-C
+  if there is one, else after the footprints. `-`, and a pipe, get CityJSONSeq building by
+  building, without a report unless --report names one. The report goes to OUT.report.json. Ctrl-C
   writes what is done; nothing appears under its name before it is whole. A run that was
   killed leaves what it has done in OUT.partial: the same command with --resume goes on.
 
@@ -52,7 +53,7 @@ pub struct Args {
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<String>,
 
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite
+    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite
     #[arg(short, long, value_name = "FILE", required_unless_present = "no_footprint", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
@@ -60,7 +61,8 @@ pub struct Args {
     #[arg(long)]
     no_footprint: bool,
 
-    /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles) or a folder
+    /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles), a folder, or `-` for CityJSONSeq to
+    /// standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -151,12 +153,22 @@ pub fn main(args: Args) -> Outcome {
     interrupt::listen();
     let with_page = args.view;
     let job = args.into_job()?;
+    let to_stream = is_stream(&job.output);
+    if with_page && to_stream {
+        let fault = InputError::new("--view", "a page beside a stream", "a file as output, beside which it can stand");
+        return Err(fault.remedy("Write the stream to a file, and `gable view` that").into());
+    }
     if with_page {
         view::prepare_for(&job)?;
     }
     let report = run(&job, &Progress::new(verbosity))?;
     if verbosity > Verbosity::Quiet {
-        print(&summary::summary(&report))?;
+        let text = summary::summary(&report);
+        if to_stream {
+            say(text.trim_end());
+        } else {
+            print(&text)?;
+        }
     }
     if with_page {
         view::of_run(&report, &job, verbosity)?;
@@ -170,7 +182,8 @@ impl Args {
     pub(super) fn into_job(self) -> Result<Job, InputError> {
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
-        let options = FootprintOptions { layer: self.layer, filter: self.filter, id_attribute: self.id_attribute, crs };
+        let (layer, filter, id_attribute) = (self.layer, self.filter, self.id_attribute);
+        let options = FootprintOptions { layer, filter, id_attribute, crs, within: None };
         let job = Job {
             tiles: self.tiles,
             fed: None,

@@ -22,6 +22,7 @@ pub fn reason(reason: Reason) -> &'static str {
         Reason::TooComplex => "too many planes for the memory",
         Reason::AboveEvidence => "the model would have risen above its points",
         Reason::WorseThanBlock => "the model would have fitted its points worse than the block",
+        Reason::TooLow => "the roof is hardly above the ground",
         Reason::Internal => "a fault of gable itself; please report it",
     }
 }

@@ -23,7 +23,8 @@ Examples:
   By the rules of val3dity:
     gable validate city.city.json --planarity 0.01 --no-rounding --overlap 0 --first-level
 
-Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
+The official schema of the version that a file states is checked as well (901), and the verdict says
+whether schema or geometry failed. Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
 make a file invalid unless --strict is given.
 
 Exit codes:
@@ -36,7 +37,7 @@ Exit codes:
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -63,6 +64,10 @@ pub struct Args {
     /// Of each geometry show only the first level that fails (rings, polygons, shells, …), as val3dity does
     #[arg(long)]
     first_level: bool,
+
+    /// Do not check the official schema of the file's version
+    #[arg(long)]
+    no_schema: bool,
 
     /// Faults of labels and attributes make a file invalid too
     #[arg(long)]
@@ -95,7 +100,7 @@ pub fn main(args: &Args) -> Outcome {
                 reports.push(report);
             }
             Err(error) => {
-                say(&format!("error: {error}"));
+                say(&format!("error (901 {}): {error}", codes::name(901)));
                 reports.push(refusal(path, &options, &error));
                 refused = true;
             }
@@ -129,13 +134,14 @@ fn options(args: &Args) -> Result<Options> {
     }
     let tolerances =
         Tolerances { snap: args.snap, planarity: args.planarity, normals: args.normals, rounding: !args.no_rounding };
-    Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level })
+    Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level, schema: !args.no_schema })
 }
 
 /// A report for a person.
 fn text(report: &Report, list: bool) -> String {
     let number = |n: usize| thousands(n as u64);
-    let verdict = if report.validity { "valid" } else { "INVALID" };
+    let verdict =
+        if report.validity { "valid".to_owned() } else { format!("INVALID ({})", report.invalid().join(", ")) };
     let crs = report.crs.as_deref().unwrap_or("no CRS, lengths are taken for metres");
     let grid = match report.grid_step {
         None => String::new(),
@@ -150,11 +156,16 @@ fn text(report: &Report, list: bool) -> String {
     out += &table(&rows, "  ");
     let findings = || report.features.iter().map(|f| (&f.errors, &f.semantic_errors));
     let unread = std::iter::once(&report.dataset_errors);
+    out += &by_code("schema", std::iter::once(&report.schema_errors));
     out += &by_code("faults", unread.chain(findings().map(|(errors, _)| errors)));
     out += &by_code("labels and attributes", findings().map(|(_, semantic)| semantic));
+    if let (Some(first), false) = (report.schema_errors.first(), list) {
+        out.extend(["  the first of the schema: ", &first.info, "\n"]);
+    }
+    out.extend(report.notes.iter().flat_map(|note| ["  note: ", note, "\n"]));
     if list {
         let all = report.features.iter().flat_map(|f| f.errors.iter().chain(&f.semantic_errors));
-        for finding in report.dataset_errors.iter().chain(all) {
+        for finding in report.dataset_errors.iter().chain(&report.schema_errors).chain(all) {
             let Finding { code, description, id, info } = finding;
             out.extend(["  ", &code.to_string(), " ", description, " ", id, ": ", info, "\n"]);
         }

@@ -36,7 +36,7 @@ Exit codes:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, of any maker
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, of any maker; `-` for standard input
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
+use super::extensions;
 use crate::error::{InputError, Result};
 use crate::sink::{Metadata, reference_system};
 use crate::site::QUANTUM;
@@ -87,7 +88,7 @@ impl Inputs {
         };
         let quantum = if crs.as_ref().is_some_and(|crs| crs.is_geographic) { QUANTUM_DEGREES } else { QUANTUM };
         let mut others = Vec::new();
-        let mut extensions: Map<String, Value> = Map::new();
+        let mut declared: Map<String, Value> = Map::new();
         let mut title = String::new();
         for (head, path) in heads.iter_mut().zip(paths) {
             let mut metadata = std::mem::take(&mut head.metadata);
@@ -99,7 +100,15 @@ impl Inputs {
             }
             others.push(metadata);
             for (name, extension) in head.extensions.take().as_ref().and_then(Value::as_object).into_iter().flatten() {
-                let known = extensions.entry(name).or_insert_with(|| extension.clone());
+                if !extensions::hold(&head.version) {
+                    warnings.push(format!(
+                        "{}: the extension {name:?} is one of CityJSON {}, and does not go into the 2.0 that is written",
+                        path.display(),
+                        head.version
+                    ));
+                    continue;
+                }
+                let known = declared.entry(name).or_insert_with(|| extension.clone());
                 if known != extension {
                     warnings.push(format!(
                         "{}: the extension {name:?} is declared otherwise than before; the first declaration stays",
@@ -118,7 +127,7 @@ impl Inputs {
             crs,
             transform: grid(&heads, quantum),
             others,
-            extensions: (!extensions.is_empty()).then_some(Value::Object(extensions)),
+            extensions: (!declared.is_empty()).then_some(Value::Object(declared)),
         };
         Ok(Self { metadata, warnings })
     }

@@ -8,18 +8,22 @@
 //! Attributes, semantics, hierarchy and all levels of detail are kept as far as the format can hold them. Appearances,
 //! geometry templates, points and lines are left out, and [`Converted::warnings`] says so.
 
+mod extensions;
 mod ids;
 mod inputs;
 mod losses;
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use crate::error::Result;
+use crate::error::{InputError, Result};
 use crate::run::output::{prepare, spare_inputs};
 use crate::sink::{self, Feature, Written};
 use crate::source::cityjson::{self, CityModel};
+use crate::source::open::refuse_pipe;
+use extensions::Outdated;
 use ids::Survey;
 use inputs::Inputs;
 use losses::Losses;
@@ -81,9 +85,13 @@ pub enum Pass {
 /// exists, is an input or cannot be written.
 pub fn convert(conversion: &Conversion, progress: &mut dyn FnMut(Progress)) -> Result<Converted> {
     let Conversion { inputs: paths, output, overwrite, lods, .. } = conversion;
-    sink::Format::of(output)?;
-    spare_inputs(&[output], paths.iter().map(PathBuf::as_path))?;
-    prepare(output, *overwrite)?;
+    let is_stream = sink::is_stream(output);
+    if !is_stream {
+        sink::Format::of(output)?;
+        spare_inputs(&[output], paths.iter().map(PathBuf::as_path))?;
+        prepare(output, *overwrite)?;
+    }
+    paths.iter().try_for_each(|path| refuse_pipe(path))?;
     let inputs = Inputs::open(paths, conversion.crs.as_deref())?;
     let mut warnings = inputs.warnings;
 
@@ -103,25 +111,50 @@ pub fn convert(conversion: &Conversion, progress: &mut dyn FnMut(Progress)) -> R
     }
     let mut ids = survey.decide();
 
-    let mut sink = sink::create(output, inputs.metadata, *overwrite)?;
+    let mut sink = if is_stream {
+        sink::stream(output, inputs.metadata)?
+    } else {
+        sink::create(output, inputs.metadata, *overwrite)?
+    };
     let mut losses = Losses::default();
+    let mut outdated = Outdated::default();
+    let (mut geometries, mut seen) = (0_usize, BTreeSet::new());
     let mut features = vec![0; paths.len()];
     each(paths, Pass::Write, progress, &mut |input, mut model| {
         losses.take(&mut model);
+        outdated.take(&mut model);
+        let version = model.version.clone();
         if !lods.is_empty() {
-            let geometries = model.objects.iter_mut().map(|object| &mut object.geometries);
-            geometries.for_each(|geometries| geometries.retain(|geometry| lods.contains(&geometry.lod)));
+            for of_object in model.objects.iter_mut().map(|object| &mut object.geometries) {
+                seen.extend(of_object.iter().map(|geometry| geometry.lod.clone()));
+                of_object.retain(|geometry| lods.contains(&geometry.lod));
+                geometries += of_object.len();
+            }
         }
         for mut feature in Feature::split(model) {
-            if ids.admit(&mut feature, input, count(&mut features, input)) {
+            if ids.admit(&mut feature, input, count(&mut features, input)) && outdated.leave_out(&mut feature, &version)
+            {
                 sink.write(&feature)?;
             }
         }
         Ok(())
     })?;
+    let list = |lods: &BTreeSet<String>| lods.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+    if !lods.is_empty() && geometries == 0 {
+        // The sink is dropped, and nothing is written.
+        let found =
+            if seen.is_empty() { "no geometry".to_owned() } else { format!("geometry at LoD {} only", list(&seen)) };
+        let name = paths.first().map_or(Path::new("the input"), PathBuf::as_path);
+        return Err(InputError::new(name, found, format!("geometry at LoD {}", lods.join(" or "))).at("--lod").into());
+    }
     let written = sink.finish()?;
+    let missing: BTreeSet<String> = lods.iter().filter(|lod| !seen.contains(*lod)).cloned().collect();
+    if !missing.is_empty() {
+        warnings.push(format!("there is no geometry at LoD {}; there is at {}", list(&missing), list(&seen)));
+    }
     let (repeats, renamed) = ids.close(paths);
     warnings.extend(losses.messages());
+    warnings.extend(outdated.messages());
     warnings.extend(renamed);
     warnings.extend(written.notes.iter().cloned());
     Ok(Converted { written, repeats, warnings })

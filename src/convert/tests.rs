@@ -254,3 +254,61 @@ fn only_the_levels_of_detail_that_are_asked_for() {
         cityjson::read(&out).unwrap().objects.into_iter().flat_map(|o| o.geometries).map(|g| g.lod).collect();
     assert_eq!(lods, ["1.2"]);
 }
+
+#[test]
+fn a_level_of_detail_that_is_not_there_is_an_error_or_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, out] = ["a.city.jsonl", "out.city.json"].map(|name| folder.path().join(name));
+    sequence(&path, 7415, &[house("a", 0, 5000, &json!({}))]);
+    let of = |lods: &[&str]| {
+        let lods = lods.iter().map(|lod| (*lod).to_owned()).collect();
+        let conversion = Conversion {
+            inputs: vec![path.clone()],
+            output: out.clone(),
+            lods,
+            overwrite: true,
+            ..Conversion::default()
+        };
+        convert(&conversion, &mut |_| {})
+    };
+    let error = of(&["3", "1"]).unwrap_err().to_string();
+    assert!(error.contains("geometry at LoD 1.2, 2.2 only, expected geometry at LoD 3 or 1"), "{error}");
+    assert!(!out.exists());
+    let warnings = of(&["3", "1.2"]).unwrap().warnings.join("\n");
+    assert!(warnings.contains("no geometry at LoD 3; there is at 1.2, 2.2"), "{warnings}");
+}
+
+#[test]
+fn extensions_of_older_versions_stay_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, out, new] = ["a.city.json", "out.city.jsonl", "new.city.jsonl"].map(|name| folder.path().join(name));
+    let (mut objects, vertices) = house("a", 0, 5000, &json!({"+noise": 3, "noise": 4, "+owner": "b"}));
+    let part = objects["a-0"].clone();
+    objects["t"] = json!({"type": "+Tunnelette", "geometry": part["geometry"], "children": ["t-0"]});
+    objects["t-0"] = json!({"type": "BuildingPart", "parents": ["t"], "geometry": part["geometry"]});
+    objects["a-0"]["geometry"][1]["semantics"] = json!({
+        "surfaces": [{"type": "+Solar"}, {"type": "WallSurface"}], "values": [[null, 0, 1, 1, 1, 1]]});
+    let mut root = head(7415);
+    root["version"] = "1.1".into();
+    root["extensions"] = json!({"Noise": {"url": "https://example.org/noise.ext.json", "version": "1.0"}});
+    root["CityObjects"] = objects;
+    root["vertices"] = json!(vertices);
+    fs::write(&path, root.to_string()).unwrap();
+    let told = run(&[&path], &out).warnings.join("\n");
+    for part in ["\"Noise\" is one of CityJSON 1.1", "1 of type +Tunnelette", "1 of type +Solar", "+noise, +owner"] {
+        assert!(told.contains(part), "{told}");
+    }
+    assert_eq!(faults(&out), Vec::<String>::new());
+    let model = cityjson::read(&out).unwrap();
+    assert_eq!((model.objects.len(), &model.extensions), (2, &None));
+    let attributes = Value::Object(model.objects[0].attributes.clone());
+    assert_eq!(attributes, json!({"noise_extension": 3, "noise": 4, "owner": "b"}));
+    let labels: Vec<_> = model.objects[1].geometries[1].shells[0].faces.iter().map(|face| face.surface).collect();
+    assert_eq!(labels, [None, None, Some(0), Some(0), Some(0), Some(0)]);
+
+    // Those of 2.0 hold.
+    root["version"] = "2.0".into();
+    fs::write(&path, root.to_string()).unwrap();
+    run(&[&path], &new);
+    assert!(cityjson::features(&new).unwrap().head().extensions.is_some());
+}

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Partitioned;
 use super::complex::{OUTSIDE, PlaneId};
 use crate::building::Measures;
+use crate::site::GroundSource;
 
 /// How sure the field is of the boundary between the inside and the outside.
 ///
@@ -62,9 +63,13 @@ const AT_FAULT: f64 = 0.5;
 /// … and how much the share without data: most of it is roof like that beside it.
 const WITHOUT_DATA: f64 = 0.25;
 
+/// What is left of the trust in a model whose floor was guessed: from the lowest points in and around it, or from its own
+/// lowest one.
+const GUESSED_FLOOR: [f64; 2] = [0.75, 0.5];
+
 /// How far a whole model can be trusted: what the field is sure of ([`Measures::confidence`] as it was measured), less the
 /// share of the footprint (of `area` square metres) that is at fault or without data, the share that no tile covers, and
-/// the size of the largest fault: of ten square metres, a tenth.
+/// the size of the largest fault: of ten square metres, a tenth. Of a model whose floor was guessed it is a share.
 ///
 /// The weights are calibrated: with two thirds of the points of a city given, none of the buildings from 0.9 on has a
 /// fault of 10 m² in all its points, where the field's sureness alone leaves one in fourteen.
@@ -76,7 +81,12 @@ pub(super) fn of_model(measures: &Measures, area: Option<f64>) -> Option<f64> {
     let share = AT_FAULT * at_fault + WITHOUT_DATA * measures.no_data_share.unwrap_or(0.0);
     let covered = measures.coverage.map_or(1.0, |coverage| coverage.share);
     let largest = faults.largest() / LARGEST_FAULT;
-    Some(field * covered * (1.0 - share).max(0.0) * (1.0 - largest).max(0.0))
+    let floor = match measures.ground.map(|ground| ground.source) {
+        Some(GroundSource::LowestPoints) => GUESSED_FLOOR[0],
+        Some(GroundSource::BoundingBox) => GUESSED_FLOOR[1],
+        Some(GroundSource::GroundPoints) | None => 1.0,
+    };
+    Some(floor * field * covered * (1.0 - share).max(0.0) * (1.0 - largest).max(0.0))
 }
 
 fn mean([sum, area]: [f64; 2]) -> Option<f64> {
@@ -87,7 +97,7 @@ fn mean([sum, area]: [f64; 2]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::completeness::{Extent, Extents};
-    use crate::site::Coverage;
+    use crate::site::{Coverage, Ground};
 
     #[test]
     fn a_model_is_trusted_less_for_every_fault() {
@@ -102,6 +112,8 @@ mod tests {
         close(trust(&|_| ()), 0.98);
         close(trust(&|m| m.coverage = Some(Coverage { share: 0.25 })), 0.98 * 0.25);
         close(trust(&|m| m.no_data_share = Some(0.4)), 0.98 * 0.9);
+        let guessed = Ground { height: 1.0, spread: 0.1, source: GroundSource::LowestPoints };
+        close(trust(&|m| m.ground = Some(guessed)), 0.98 * 0.75);
         for extents in [
             Extents { missing: fault, ..Extents::default() },
             Extents { excess: fault, ..Extents::default() },

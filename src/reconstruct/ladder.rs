@@ -94,6 +94,18 @@ pub(super) fn check_top(solids: &[Solid], points: &[Point3<f64>]) -> Result<(), 
     Err(Failure::new(Reason::AboveEvidence, detail))
 }
 
+/// Refuses a roof whose middle (local metres) is less than `minimum` above the ground: whatever it is, it is not modelled
+/// as it stands.
+pub(super) fn check_height(middle: Option<f64>, ground: f64, minimum: f64) -> Result<(), Failure> {
+    match middle.map(|middle| middle - ground) {
+        Some(height) if height < minimum => {
+            let detail = format!("the middle of the roof is {height:.2} m above the ground, less than {minimum} m");
+            Err(Failure::new(Reason::TooLow, detail))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Refuses solids that overlap by more than a millimetre (601): parts of a building may touch only.
 pub(super) fn check_parts(solids: &[Solid]) -> Result<(), Failure> {
     const TOLERANCE: f64 = 0.001;
@@ -202,6 +214,14 @@ mod tests {
             (failure.reason, &failure.detail[..]),
             (Reason::AboveEvidence, "the model would rise 0.51 m above the highest point")
         );
+    }
+
+    #[test]
+    fn a_roof_on_the_ground_is_refused() {
+        assert_eq!((check_height(Some(3.0), 2.0, 1.0), check_height(None, 2.0, 1.0)), (Ok(()), Ok(())));
+        let failure = check_height(Some(2.5), 2.0, 1.0).unwrap_err();
+        assert_eq!(failure.reason, Reason::TooLow);
+        assert!(failure.detail.contains("0.50 m above the ground, less than 1 m"), "{}", failure.detail);
     }
 
     #[test]

@@ -315,6 +315,8 @@ impl Solution {
         }
         ladder::check_parts(&solids)?;
         ladder::check_top(&solids, &site.points)?;
+        let middle = measures.roof_heights.map(|heights| heights.p50);
+        ladder::check_height(middle, site.ground.height, parameters.minimum_height)?;
         measures.roof_type = measures::roof_type(&solids);
         measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
         measures.ridge_height = measures::ridge_height(&solids);

@@ -24,6 +24,10 @@ pub struct Parameters {
     pub open_ground_area: f64,
     /// What becomes of a footprint that the tiles cover in part.
     pub partial: Partial,
+    /// Smallest height of the middle of the roof above the ground, metres: what is lower is no building, or its ground is
+    /// too high.
+    #[schemars(range(min = 0.0))]
+    pub minimum_height: f64,
     /// Smallest difference in height between neighbouring roofs that gets a wall, metres.
     #[schemars(range(min = 0.0))]
     pub step_height: f64,
@@ -81,6 +85,7 @@ impl Default for Parameters {
             open_ground: OpenGround::default(),
             open_ground_area: 4.0,
             partial: Partial::default(),
+            minimum_height: 1.0,
             step_height: 0.3,
             step_length: 0.8,
             partition: Partition::Adaptive,

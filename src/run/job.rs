@@ -22,7 +22,8 @@ pub struct Job {
     pub fed: Option<Fed>,
     /// The footprints; `None` takes all points for a single object.
     pub footprints: Option<FootprintSource>,
-    /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]). Only a run into a sink
+    /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]); or a stream, which gets
+    /// CityJSONSeq: `-` for standard output, or a pipe. Only a run into a sink
     /// of one's own (see [`super::run_into`]) may leave it empty; then no model is written to a file.
     pub output: PathBuf,
     /// Whether files that exist are replaced.

@@ -29,8 +29,9 @@ use crate::building::Building;
 use crate::error::{InputError, Result};
 use crate::reconstruct::reconstruct;
 use crate::report::{self, Counts, Inputs, Quality, Report, Verdict};
-use crate::sink::{Metadata, Sink};
+use crate::sink::{self, Metadata, Sink};
 use crate::site::Site;
+use std::path::PathBuf;
 
 use journal::Journal;
 
@@ -38,7 +39,7 @@ pub use checks::{MOST_THREADS, recording_date};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
-pub(crate) use tiles::agree_on_crs;
+pub(crate) use tiles::{agree_on_crs, true_to_length};
 
 /// Does a job: reads, reconstructs, writes the model and the report.
 ///
@@ -87,7 +88,16 @@ pub type Opened<'a> = Result<Box<dyn Sink + 'a>>;
 /// # Errors
 /// As [`run`].
 pub fn run_with(job: &Job, observer: &dyn Observer, method: impl Fn(&Site) -> Building + Sync) -> Result<Report> {
-    run_both(job, observer, method, None)
+    if !sink::is_stream(&job.output) {
+        return run_both(job, observer, method, None);
+    }
+    // A stream has no name that could appear late, and nothing beside it.
+    if job.resume {
+        let fault = InputError::new(&job.output, "a stream that is to be resumed", "a file");
+        return Err(fault.remedy("What a stream has carried away cannot be gone on from: write a file").into());
+    }
+    let streamed = Job { output: PathBuf::new(), ..job.clone() };
+    run_both(&streamed, observer, method, Some(Box::new(|head| sink::stream(&job.output, head.clone()))))
 }
 
 /// Does a job with another method and, if there is one, into a sink of the caller.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::ThreadPool;
 
 use super::buildings::Task;
-use super::job::Job;
+use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::{checkpoint, output, single, tiles};
@@ -18,8 +18,8 @@ use crate::site::{Frame, Site};
 use crate::solid::Model;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
-use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected};
-use crate::source::points::{self, Tile, TileProblem};
+use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected, Within};
+use crate::source::points::{self, Extent, Tile, TileProblem};
 
 /// What there is and where the result goes.
 pub(super) struct Plan {
@@ -84,12 +84,16 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
-        let layer =
-            job.footprints.as_ref().map(|source| footprints::read(&source.path, &source.options)).transpose()?;
+        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
         let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
         for warning in &warnings {
+            journal.warn(warning);
+        }
+
+        let (crs, warning) = tiles::true_to_length(crs, &tiles);
+        if let Some(warning) = &warning {
             journal.warn(warning);
         }
 
@@ -118,6 +122,26 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             has_stand_ins,
         })
     })
+}
+
+/// Reads the footprints; those far from all tiles only where the format cannot tell which they are.
+fn read_footprints(job: &Job, source: &FootprintSource, tiles: &[Tile]) -> Result<FootprintLayer> {
+    let mut options = source.options.clone();
+    if footprints::is_read_in_part(&source.path) {
+        let with_points = tiles.iter().filter(|tile| tile.points > 0);
+        let all: Option<Vec<Extent>> =
+            with_points.map(|tile| tile.extent.filter(|_| tile.is_true_to_its_extent())).collect();
+        let agreed = tiles::agree_on_crs(tiles, job.crs.as_deref(), None).ok();
+        if let (Some((crs, ..)), Some(all)) = (agreed, all.filter(|all| !all.is_empty())) {
+            let mut whole = Extent::EMPTY;
+            for extent in &all {
+                whole.join(extent);
+            }
+            let extent = [whole.min[0], whole.min[1], whole.max[0], whole.max[1]];
+            options.within = Some(Within { crs, extent });
+        }
+    }
+    footprints::read(&source.path, &options)
 }
 
 /// Whether the run goes on from what another has left for `model`.
@@ -190,16 +214,20 @@ fn bring(
 pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<'_>) -> Result<Vec<Task>> {
     let footprints = std::mem::take(&mut plan.footprints);
     let total = plan.tiles.iter().map(|tile| tile.points).sum();
-    let Segmentation { sites, notes, counts, problems } = journal.stage(Stage::Segment, total, |journal| {
-        let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
-        let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
-        let segment = if plan.has_stand_ins && names_buildings { segment_named } else { segment };
-        pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
-            .map_err(|error| name_the_footprints(error, plan))
-    })?;
+    let Segmentation { sites, notes, counts, problems, warnings } =
+        journal.stage(Stage::Segment, total, |journal| {
+            let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
+            let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
+            let segment = if plan.has_stand_ins && names_buildings { segment_named } else { segment };
+            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
+                .map_err(|error| name_the_footprints(error, plan))
+        })?;
+    for warning in warnings {
+        journal.warn(&warning);
+    }
     for problem in problems {
         journal.warn(&problem.to_string());
-        let tile = tile_of(&problem).display().to_string();
+        let tile = problem.tile().display().to_string();
         if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
             report.problems.push(problem.to_string());
             if let TileProblem::MissingPoints { expected, read, .. } = problem {
@@ -253,15 +281,6 @@ fn name_the_footprints(error: Error, plan: &Plan) -> Error {
     }
 }
 
-/// The tile that has the problem.
-fn tile_of(problem: &TileProblem) -> &Path {
-    match problem {
-        TileProblem::MissingPoints { tile, .. }
-        | TileProblem::AbsurdCoordinates { tile, .. }
-        | TileProblem::UnusableExtent { tile } => tile,
-    }
-}
-
 /// What is written of a feature without a usable polygon: its attributes and what is wrong with it.
 fn rejected(feature: Rejected, crs: &Crs) -> Task {
     let Rejected { id, attributes, reason, .. } = feature;
@@ -283,9 +302,17 @@ pub(super) fn warn_of_emptiness(job: &Job, plan: &Plan, counts: &Counts, journal
     }
     let classes = plan.inputs.points.classes.iter();
     let classes: Vec<String> = classes.map(|(&class, n)| format!("{class} ({}): {n}", class_name(class))).collect();
+    let dropped = plan.inputs.points.dropped;
+    let flagged = match (dropped.synthetic, dropped.withheld) {
+        (0, 0) => String::new(),
+        (synthetic, withheld) => format!(
+            "; {synthetic} points marked as synthetic and {withheld} as withheld are among them, which count only with \
+             --use-flagged"
+        ),
+    };
     journal.warn(&format!(
-        "no footprint holds a point of building class {}; points by class: {}; other classes are chosen by \
-         --building-class",
+        "no footprint holds a point of building class {} that counts; points by class: {}{flagged}; other classes are chosen \
+         by --building-class",
         job.segmentation.building_classes,
         if classes.is_empty() { "none".to_owned() } else { classes.join(", ") }
     ));

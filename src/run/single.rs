@@ -44,7 +44,8 @@ pub(super) fn stand_ins(tiles: &[Tile], id: &str, options: &SegmentOptions) -> R
         let named: Vec<usize> = tile.buildings.iter().map(|name| places[name.as_str()]).collect();
         tile.stream(None, &mut |block| {
             for point in block.points() {
-                if point.withheld || point.synthetic || NOISE.contains(&point.class) || !is_building(point.class) {
+                let is_used = options.use_flagged.takes(point.withheld, point.synthetic);
+                if !is_used || NOISE.contains(&point.class) || !is_building(point.class) {
                     continue;
                 }
                 let place = match point.building {

@@ -144,7 +144,27 @@ pub fn agree_on_crs(
                       `pdal translate in.laz out.laz reprojection --filters.reprojection.out_srs=EPSG:…`";
         return Err(fault.remedy(remedy).into());
     }
+    if let Some(vertical) = crs.unknown_heights() {
+        warnings.push(format!(
+            "nobody knows the vertical system `{vertical}`: heights are taken as they are, and the model is in {}; give \
+             another with --crs if their datum is a known one",
+            label(&crs)
+        ));
+    }
     Ok((crs, source, warnings))
+}
+
+/// The CRS with units as long as they are where the tiles lie, and a warning, if those of its map are not; else as it is.
+pub fn true_to_length(crs: Crs, tiles: &[Tile]) -> (Crs, Option<String>) {
+    let Some(extent) = tiles.iter().find_map(|tile| tile.extent) else { return (crs, None) };
+    let centre = [0, 1].map(|axis| f64::midpoint(extent.min[axis], extent.max[axis]));
+    let Some(scale) = crs.distortion(centre) else { return (crs, None) };
+    let warning = format!(
+        "a metre of {crs} is {:.3} m on the ground here: lengths, areas and volumes are corrected for it, the coordinates of \
+         the model stay in that system; better reproject the tiles to a system of the country",
+        scale[0]
+    );
+    (crs.corrected(scale), Some(warning))
 }
 
 /// Whether two tiles mean the same system; one that comes without a code is taken by what it says.

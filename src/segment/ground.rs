@@ -6,7 +6,7 @@
 use super::neighbourhood::{Neighbourhood, to_local};
 use super::options::SegmentOptions;
 use super::thinned::Thinned;
-use crate::site::{Frame, Ground, GroundSource};
+use crate::site::{Frame, Ground, GroundSource, Site};
 
 /// Side of the cells of the ground, metres.
 pub(super) const GROUND_CELL: f64 = 1.0;
@@ -16,6 +16,8 @@ pub(super) const OPEN_CELL: f64 = 0.5;
 pub(super) const LOWEST_CELL: f64 = 2.0;
 /// Fewer cells than this say nothing of the ground.
 const FEWEST_CELLS: usize = 4;
+/// Where the floors of more than this share of the buildings are guessed, it is told for the run as a whole.
+const MANY_GUESSES: f64 = 0.1;
 
 /// The ground around footprint `index`, in its local frame.
 ///
@@ -50,6 +52,33 @@ pub(super) fn estimate(
     }
     let height = heights.into_iter().chain(lowest_point).reduce(f64::min).unwrap_or(0.0);
     Ground { height, spread: 0.0, source: GroundSource::BoundingBox }
+}
+
+/// What is said of a building whose floor was guessed; `None` for others.
+pub(super) fn guess(site: &Site) -> Option<String> {
+    let from = match site.ground.source {
+        _ if site.points.is_empty() => return None,
+        GroundSource::GroundPoints => return None,
+        GroundSource::LowestPoints => "the lowest points in and around it",
+        GroundSource::BoundingBox => "its lowest point",
+    };
+    Some(format!("no ground points around it: the height of its floor was guessed from {from}"))
+}
+
+/// What is said of many such buildings; `None` where they are few.
+pub(super) fn guesses(sites: &[Site], options: &SegmentOptions) -> Option<String> {
+    let with_points = sites.iter().filter(|site| !site.points.is_empty()).count();
+    let guessed = sites.iter().filter(|site| guess(site).is_some()).count();
+    if guessed as f64 <= MANY_GUESSES * with_points as f64 {
+        return None;
+    }
+    let classes: Vec<String> = options.ground_classes.iter().map(u8::to_string).collect();
+    Some(format!(
+        "the floors of {guessed} of {with_points} buildings were guessed from their lowest points, for want of points of \
+         ground class {} around them: they may be too high, and heights and volumes too small; --ground-class says which \
+         classes are ground",
+        classes.join(",")
+    ))
 }
 
 /// The ground points inside a footprint, in its local frame, sorted by x, y, z.

@@ -4,28 +4,39 @@ use super::counts::PointCounts;
 use super::ground::{GROUND_CELL, LOWEST_CELL, OPEN_CELL};
 use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
-use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions};
+use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions, UseFlagged};
+use super::outside::Outside;
 use super::thinned::{Choice, Thinned};
+use super::unused::Unused;
 use crate::error::Result;
 use crate::source::points::{Block, Extent, Tile, TileProblem};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
+/// Classes that say that a point is of the ground, or on a bridge (LAS 1.4 R15, table 17).
+const GROUND_LIKE: [u8; 4] = [8, 17, 20, 21];
+
 /// The part a class plays.
 #[derive(Debug, Clone, Copy, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "a class may play several parts")]
 struct Role {
     noise: bool,
     ground: bool,
     building: bool,
+    /// It could be of a building, but its class was not asked for.
+    candidate: bool,
 }
 
 /// The part that each of the 256 classes plays.
-pub(super) struct Roles([Role; 256]);
+pub(super) struct Roles {
+    of_class: [Role; 256],
+    use_flagged: UseFlagged,
+}
 
 impl Roles {
     /// As `options` say.
     pub fn new(options: &SegmentOptions) -> Self {
-        Self(std::array::from_fn(|class| {
+        let of_class = std::array::from_fn(|class| {
             let class = class as u8;
             let noise = NOISE.contains(&class);
             let ground = options.ground_classes.contains(&class);
@@ -33,13 +44,16 @@ impl Roles {
                 BuildingClasses::Listed(classes) => classes.contains(&class),
                 BuildingClasses::Keyword(_) => !ground && !NEVER_BUILDING.contains(&class),
             };
-            Role { noise, ground, building: building && !noise }
-        }))
+            let candidate =
+                !noise && !ground && !building && !NEVER_BUILDING.contains(&class) && !GROUND_LIKE.contains(&class);
+            Role { noise, ground, building: building && !noise, candidate }
+        });
+        Self { of_class, use_flagged: options.use_flagged }
     }
 
     /// Whether points of `class` can be building points.
     pub fn is_building(&self, class: u8) -> bool {
-        self.0[usize::from(class)].building
+        self.of_class[usize::from(class)].building
     }
 }
 
@@ -53,6 +67,8 @@ pub(super) struct Harvest {
     pub inner_ground: BTreeMap<usize, Thinned>,
     /// Lowest points of any class, thinned.
     pub lowest: Thinned,
+    /// Points inside each footprint that could be of a building and are not used, by why.
+    pub unused: BTreeMap<(usize, Unused), u64>,
     /// What was counted.
     pub counts: PointCounts,
     /// Extents of the tiles.
@@ -69,6 +85,7 @@ impl Harvest {
             ground: Thinned::new(Choice::Central, GROUND_CELL, metres_per_unit),
             inner_ground: BTreeMap::new(),
             lowest: Thinned::new(Choice::Lowest, LOWEST_CELL, metres_per_unit),
+            unused: BTreeMap::new(),
             counts: PointCounts::default(),
             extents: Vec::new(),
             problems: Vec::new(),
@@ -91,7 +108,7 @@ impl Harvest {
         let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
         let named = naming.table(tile);
         // A point that names its building may lie anywhere.
-        if named.is_empty() && tile.extent.is_some_and(is_far) {
+        if named.is_empty() && tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent() {
             harvest.counts.passed_over = tile.points;
             harvest.extents.extend(tile.areas());
             progress(tile.points);
@@ -100,23 +117,35 @@ impl Harvest {
         let inner = || Thinned::new(Choice::Central, OPEN_CELL, metres_per_unit);
         let mut told = 0;
         let mut seen = Extent::EMPTY;
+        let mut outside = Outside::of(tile.stated_extent, metres_per_unit);
         let mut by_class = [0_u64; 256];
         let mut lookup = all.lookup();
         let wanted = |low: [f64; 2], high: [f64; 2]| all.is_wanted(low, high);
         let reading = tile.stream(Some(&wanted), &mut |block: &Block| {
             for point in block.points() {
                 seen.grow(point.position);
+                outside.see(point.position);
                 by_class[usize::from(point.class)] += 1;
-                let role = roles.0[usize::from(point.class)];
+                let role = roles.of_class[usize::from(point.class)];
                 let dropped = &mut harvest.counts.dropped;
-                if point.withheld {
+                let is_flagged = !roles.use_flagged.takes(point.withheld, point.synthetic);
+                if is_flagged && point.withheld {
                     dropped.withheld += 1;
-                } else if point.synthetic {
+                } else if is_flagged {
                     dropped.synthetic += 1;
                 } else if role.noise {
                     dropped.noise += 1;
-                } else {
-                    let position = point.position.map(snap);
+                }
+                let position = point.position.map(snap);
+                if naming.by_place && (role.candidate || is_flagged && role.building) {
+                    let kind = Unused::of(&point, is_flagged);
+                    for &index in lookup.near(position).unwrap_or_default() {
+                        if all.contains(index, position) {
+                            *harvest.unused.entry((index, kind)).or_default() += 1;
+                        }
+                    }
+                }
+                if !is_flagged && !role.noise {
                     let building = point.building.map(|place| named.get(place as usize).copied().flatten());
                     if let Some(building) = building.filter(|_| role.building) {
                         match building {
@@ -156,15 +185,15 @@ impl Harvest {
         harvest.counts.dropped.absurd = reading.absurd;
         harvest.counts.classes = (0..=255).zip(by_class).filter(|(_, n)| *n > 0).collect();
         harvest.problems = reading.problems(tile);
-        // A file that is cut off covers only what could be read of it.
+        harvest.problems.extend(tile.wrong_claims(outside.count, reading.read));
+        // A file that is cut off covers only what could be read of it, and one whose points lie outside its box covers
+        // what they cover, too.
         let is_whole = reading.read >= reading.expected;
         if is_whole && (tile.extent.is_some() || tile.covered.is_some()) {
             harvest.extents.extend(tile.areas());
+            harvest.extents.extend(outside.covered());
         } else if !seen.is_empty() {
             harvest.extents.push(seen);
-        }
-        if tile.extent.is_none() && !seen.is_empty() {
-            harvest.problems.push(TileProblem::UnusableExtent { tile: tile.path.clone() });
         }
         Ok(harvest)
     }
@@ -184,6 +213,9 @@ impl Harvest {
             }
         }
         self.lowest.merge(other.lowest);
+        for (key, n) in other.unused {
+            *self.unused.entry(key).or_default() += n;
+        }
         self.counts.add(&other.counts);
         self.extents.extend(other.extents);
         self.problems.extend(other.problems);

@@ -13,16 +13,18 @@ mod harvest;
 mod naming;
 mod neighbourhood;
 mod options;
+mod outside;
 mod refuse;
 mod strays;
 mod thinned;
+mod unused;
 mod vegetation;
 
 #[cfg(test)]
 mod tests;
 
 pub use counts::{DroppedPoints, PointCounts};
-pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions};
+pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions, UseFlagged};
 
 use crate::error::Result;
 use crate::site::{Coverage, Ground, Site};
@@ -49,6 +51,8 @@ pub struct Segmentation {
     pub counts: PointCounts,
     /// What is wrong with the tiles, sorted.
     pub problems: Vec<TileProblem>,
+    /// What the user should know of the points as a whole, one sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// Joins `tiles` and `footprints`, both in `crs`, into sites; `progress` is told the number of points done since it was
@@ -123,6 +127,7 @@ fn join(
     let gathered: Vec<_> = (0..footprints.len())
         .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
         .collect();
+    let used: Vec<u64> = gathered.iter().map(|(points, _)| points.len() as u64).collect();
     let counts = Mutex::new(harvest.counts);
     let finished: Vec<Finished> = gathered
         .into_par_iter()
@@ -156,11 +161,18 @@ fn join(
             covered,
             attributes,
         });
-        notes.push(footprint.notes);
+        let mut own_notes = footprint.notes;
+        own_notes.extend(sites.last().and_then(ground::guess));
+        notes.push(own_notes);
     }
+    let warnings = [
+        unused::absent(&counts, options),
+        unused::warning(&used, &harvest.unused, options),
+        ground::guesses(&sites, options),
+    ];
     let mut problems = harvest.problems;
     problems.sort();
-    Ok(Segmentation { sites, notes, counts, problems })
+    Ok(Segmentation { sites, notes, counts, problems, warnings: warnings.into_iter().flatten().collect() })
 }
 
 /// What is known of the place of one footprint.

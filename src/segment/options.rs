@@ -67,6 +67,29 @@ impl fmt::Display for BuildingClasses {
     }
 }
 
+/// Which points count although they are marked as not to be used or not made by the scanner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum UseFlagged {
+    /// None of them.
+    #[default]
+    None,
+    /// Synthetic points.
+    Synthetic,
+    /// Withheld points.
+    Withheld,
+    /// Both.
+    Both,
+}
+
+impl UseFlagged {
+    /// Whether a point with these flags counts.
+    pub fn takes(self, withheld: bool, synthetic: bool) -> bool {
+        (!withheld || matches!(self, Self::Withheld | Self::Both))
+            && (!synthetic || matches!(self, Self::Synthetic | Self::Both))
+    }
+}
+
 /// How tiles and footprints become sites. All lengths are metres, whatever the unit of the CRS.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -75,6 +98,8 @@ pub struct SegmentOptions {
     pub building_classes: BuildingClasses,
     /// Classes of ground points.
     pub ground_classes: Vec<u8>,
+    /// Which points count although they are marked as synthetic or withheld.
+    pub use_flagged: UseFlagged,
     /// Width of the ring around a footprint in which the ground is looked for, metres.
     pub ring_width: f64,
     /// Where too little ground is found, the ring is widened up to this width, metres.
@@ -102,6 +127,7 @@ impl Default for SegmentOptions {
         Self {
             building_classes: BuildingClasses::Listed(vec![6]),
             ground_classes: vec![2],
+            use_flagged: UseFlagged::None,
             ring_width: 3.0,
             ring_limit: 24.0,
             ring_area: 12,

@@ -72,6 +72,10 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
             cloud.join(area);
         }
     }
+    // Before the tiles are said to lie elsewhere, their headers are held against some of their points.
+    if tiles.iter().any(|tile| tile.points > 0 && !tile.is_true_to_its_extent()) {
+        return Ok(());
+    }
     let mut layer = Extent::EMPTY;
     for rect in footprints.iter().filter_map(|footprint| footprint.polygon.bounding_rect()) {
         layer.grow([rect.min().x, rect.min().y, 0.0]);

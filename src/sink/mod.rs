@@ -29,6 +29,7 @@ mod json;
 mod obj;
 mod output;
 mod sequence;
+mod stream;
 #[cfg(test)]
 mod tests;
 mod tileset;
@@ -40,6 +41,7 @@ pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};
 pub use output::{write_json, write_whole};
 pub use sequence::Sequence;
+pub use stream::{is_standard_output, is_stream, stream};
 
 use std::path::{Path, PathBuf};
 

@@ -5,5 +5,6 @@ pub mod classes;
 pub mod crs;
 pub mod footprints;
 pub mod groups;
-mod open;
+pub(crate) mod open;
 pub mod points;
+pub(crate) mod reread;

@@ -27,6 +27,7 @@ use crate::error::{Error, InputError, Result};
 use crate::site::Frame;
 use crate::source::cityjson::{self, CityObject};
 use crate::source::crs::Crs;
+use crate::source::open::refuse_pipe;
 use crate::source::points::TileProblem;
 use payload::Payload;
 
@@ -95,6 +96,7 @@ pub struct Contents {
 /// no object; a tile cannot be opened or says that it is in another CRS; the report is none of gable's.
 pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64)) -> Result<Page> {
     let report = options.report.as_deref().map(record::read).transpose()?;
+    refuse_pipe(model)?;
     let pieces = cityjson::features(model)?;
     let crs = pieces.head().crs_code().and_then(|code| Crs::parse(&code).ok());
     if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic) {
@@ -107,7 +109,7 @@ pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u6
         .remedy("Reproject the model before it is shown")
         .into());
     }
-    let found = audit(model, &audit::Options::default(), progress)?;
+    let found = audit(model, &audit::Options { schema: false, ..audit::Options::default() }, progress)?;
     let name = model.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
     let mut payload: Option<Payload> = None;

@@ -22,6 +22,8 @@ mod reconstruct;
 mod resume;
 mod simulate;
 mod standing;
+mod streams;
+mod told;
 mod trial;
 mod validate;
 mod view;

@@ -9,7 +9,12 @@ use crate::bench::*;
 
 const REFERENCE: &str = "reference_3dbag_lod22.city.jsonl";
 
+/// Geometry and labels alone: the reference has its levels of detail as numbers, which the schema refuses.
 fn validate(files: &[&Path], rest: &str) -> Run {
+    with_schema(files, &format!("--no-schema {rest}"))
+}
+
+fn with_schema(files: &[&Path], rest: &str) -> Run {
     let mut command = command(["validate"]);
     command.args(files).args(rest.split_whitespace()).output().unwrap().into()
 }
@@ -46,9 +51,27 @@ fn what_the_quick_start_writes_is_valid_by_the_strictest_rules() {
         let run = delft(model, "");
         assert!(matches!(run.code, 0 | 2), "{}", run.err);
     }
-    let run = validate(&[&models[0], &models[1]], "--strict --list --planarity 0.001");
+    let run = with_schema(&[&models[0], &models[1]], "--strict --list --planarity 0.001");
     assert_eq!(run.code, 0, "{}", run.out);
     assert_eq!(run.out.matches("Building       71     71").count(), 2, "{}", run.out);
+}
+
+#[test]
+fn the_verdict_says_whether_schema_or_geometry_failed() {
+    let folder = tempdir().unwrap();
+    let run = with_schema(&[&data(REFERENCE)], "--list");
+    assert_eq!((run.code, run.err.as_str()), (2, ""), "{}", run.out);
+    assert_says(
+        &run.out,
+        &["reference_3dbag_lod22.city.jsonl: INVALID (schema)", "901 INVALID_INPUT_FILE", "\"lod\" is 2.2, not text"],
+    );
+    let faulty = opened(folder.path());
+    assert_says(&with_schema(&[&faulty], "").out, &["opened.city.jsonl: INVALID (schema, geometry)"]);
+    assert_says(&validate(&[&faulty], "").out, &["opened.city.jsonl: INVALID (geometry)"]);
+    // What is no city model is told in one line.
+    let run = with_schema(&[&data("footprints.geojson")], "");
+    assert_eq!((run.code, run.err.lines().count()), (1, 1), "{}", run.err);
+    assert_says(&run.err, &["901 INVALID_INPUT_FILE", "found the type \"FeatureCollection\", expected \"CityJSON\""]);
 }
 
 #[test]

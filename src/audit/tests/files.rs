@@ -63,14 +63,14 @@ fn an_overlap_is_one_on_any_grid() {
     for (step, shared, real) in
         [(1.0, 1, false), (1.0, 1, true), (0.01, 1, false), (0.001, 2, false), (0.001, 3, false)]
     {
-        assert_eq!(pair(step, shared, real, &Options::default()), [[601], [501]], "{shared} steps of {step}");
+        assert_eq!(pair(step, shared, real, &geometry_only()), [[601], [501]], "{shared} steps of {step}");
     }
     for (step, shared) in [(1.0, 0), (0.001, 1), (0.0001, 10)] {
-        assert_eq!(pair(step, shared, false, &Options::default()), [NONE; 2], "{shared} steps of {step}");
+        assert_eq!(pair(step, shared, false, &geometry_only()), [NONE; 2], "{shared} steps of {step}");
     }
     // Without the snap distance, within which the boxes would be drawn together.
     let tolerances = Tolerances { snap: 0.0, ..Tolerances::default() };
-    let exact = Options { overlap: 0.0, tolerances, ..Options::default() };
+    let exact = Options { overlap: 0.0, tolerances, ..geometry_only() };
     assert_eq!(pair(1e-6, 1, false, &exact), [[601], [501]]);
     assert_eq!(pair(1e-6, 0, false, &exact), [NONE; 2]);
 }
@@ -89,7 +89,7 @@ proptest! {
         let step = 10f64.powi(-decimals);
         // As many whole steps, or half a one more.
         let tolerances = Tolerances { snap: 0.0, ..Tolerances::default() };
-        let options = Options { overlap: tolerance as f64 * step / 2.0, tolerances, ..Options::default() };
+        let options = Options { overlap: tolerance as f64 * step / 2.0, tolerances, ..geometry_only() };
         // Of faces that are hardly wider than the tolerance it cannot be said whether they touch.
         prop_assume!(shared as f64 * step < 5.0 && tolerance as f64 * step < 2.0);
         let found = pair(step, shared, false, &options);
@@ -160,7 +160,7 @@ fn the_first_level_may_be_enough() {
     // A ring that collapsed opens its shell.
     let file = boxed(0.001, |file| set(file, &format!("{GEOMETRY}/boundaries/0/1/0"), json!([4, 5, 6, 5])));
     let codes = |first_level| {
-        let options = Options { first_level, ..Options::default() };
+        let options = Options { first_level, ..geometry_only() };
         audit(file.path(), &options, &mut |_, _| {}).unwrap().all_errors.into_iter().collect::<Vec<u16>>()
     };
     assert_eq!((codes(false), codes(true)), (vec![104, 302], vec![104]));
@@ -169,8 +169,8 @@ fn the_first_level_may_be_enough() {
 #[test]
 fn a_refusal_is_a_report() {
     let path = Path::new("nowhere/at.all");
-    let error = audit(path, &Options::default(), &mut |_, _| {}).unwrap_err();
-    let report = refusal(path, &Options::default(), &error);
+    let error = audit(path, &geometry_only(), &mut |_, _| {}).unwrap_err();
+    let report = refusal(path, &geometry_only(), &error);
     assert!(!report.validity && report.all_errors.iter().eq(&[901]) && report.features.is_empty());
     assert_eq!(report.dataset_errors[0].info, error.to_string());
 }

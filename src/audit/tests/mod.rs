@@ -1,4 +1,5 @@
 mod files;
+mod schema;
 mod templates;
 
 use std::path::Path;
@@ -35,8 +36,13 @@ fn boxed(scale: f64, change: impl Fn(&mut Value)) -> tempfile::NamedTempFile {
     out
 }
 
+/// The checks of geometry and labels alone: the files of these tests are made for them.
+fn geometry_only() -> Options {
+    Options { schema: false, ..Options::default() }
+}
+
 fn report_of(path: &Path) -> Report {
-    audit(path, &Options::default(), &mut |_, _| {}).unwrap()
+    audit(path, &geometry_only(), &mut |_, _| {}).unwrap()
 }
 
 /// Codes and places of the geometric and of the semantic faults.
@@ -119,7 +125,7 @@ fn near_vertices_are_one() {
             set(file, &format!("{GEOMETRY}/boundaries/0/2"), json!([[8, 1, 5, 9]]));
         });
         let tolerances = Tolerances { snap, ..Tolerances::default() };
-        let report = audit(file.path(), &Options { tolerances, ..Options::default() }, &mut |_, _| {}).unwrap();
+        let report = audit(file.path(), &Options { tolerances, ..geometry_only() }, &mut |_, _| {}).unwrap();
         assert_eq!(report.validity, valid, "{apart} {snap}: {report:?}");
         assert!(valid || report.all_errors.contains(&302));
     }
@@ -274,7 +280,7 @@ fn a_broken_feature_is_a_fault_of_the_file() {
     std::fs::write(file.path(), text).unwrap();
     let mut told = (0, 0);
     let report =
-        audit(file.path(), &Options::default(), &mut |features, bytes| told = (features, told.1 + bytes)).unwrap();
+        audit(file.path(), &geometry_only(), &mut |features, bytes| told = (features, told.1 + bytes)).unwrap();
     assert_eq!(told, (2, std::fs::metadata(file.path()).unwrap().len()));
     assert_eq!(
         report.features.iter().map(|f| (f.id.as_str(), f.validity)).collect::<Vec<_>>(),

@@ -1,14 +1,19 @@
 //! What is in the files, as data.
 
 use std::path::PathBuf;
+use std::slice;
 
 use geo::{Area, BoundingRect};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::run;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintLayer, FootprintOptions};
 use crate::source::points::{self, Tile, TileProblem, TileSummary};
+
+/// The class of points in the overlap of two strips.
+const OVERLAP: u8 = 12;
 
 /// What is in the files.
 #[derive(Debug, Default, Serialize)]
@@ -40,6 +45,8 @@ pub struct TileInfo {
     pub crs: Option<CrsInfo>,
     /// What is wrong with its CRS.
     pub crs_fault: Option<String>,
+    /// What a user should know before a run, one sentence each.
+    pub notes: Vec<String>,
     /// What its points are.
     #[serde(flatten)]
     pub summary: TileSummary,
@@ -169,6 +176,19 @@ pub fn describe(
 
 fn describe_tile(tile: &Tile, crs: Option<&Crs>) -> Result<TileInfo> {
     let crs = crs.or(tile.crs.as_ref());
+    let (true_crs, warning) = match crs {
+        Some(crs) => run::true_to_length(crs.clone(), slice::from_ref(tile)),
+        None => return described(tile, None, [1.0; 3], Vec::new()),
+    };
+    let unknown = true_crs
+        .unknown_heights()
+        .map(|name| format!("nobody knows the vertical system `{name}`: heights are taken as they are"));
+    described(tile, crs, true_crs.metres_per_unit, warning.into_iter().chain(unknown).collect())
+}
+
+fn described(tile: &Tile, crs: Option<&Crs>, metres_per_unit: [f64; 3], mut notes: Vec<String>) -> Result<TileInfo> {
+    let summary = tile.summary(metres_per_unit)?;
+    notes.extend(not_used(&summary));
     Ok(TileInfo {
         file: tile.path.display().to_string(),
         version: tile.version.clone(),
@@ -179,8 +199,20 @@ fn describe_tile(tile: &Tile, crs: Option<&Crs>) -> Result<TileInfo> {
         software: tile.header.generating_software().trim_end_matches(['\0', ' ']).to_owned(),
         crs: crs.map(CrsInfo::new),
         crs_fault: tile.crs_fault.clone(),
-        summary: tile.summary(crs.map_or([1.0; 3], |crs| crs.metres_per_unit))?,
+        notes,
+        summary,
     })
+}
+
+/// What a run leaves out unless it is told to take it.
+fn not_used(summary: &TileSummary) -> Vec<String> {
+    let overlap = summary.classes.get(&OVERLAP).copied().unwrap_or(0);
+    let said = [
+        (overlap, "are of class 12 (overlap), which is used only with --building-class 6,12"),
+        (summary.synthetic, "are marked as synthetic and used only with --use-flagged synthetic"),
+        (summary.withheld, "are marked as withheld and used only with --use-flagged withheld"),
+    ];
+    said.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} points {what}")).collect()
 }
 
 fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {

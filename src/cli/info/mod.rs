@@ -77,7 +77,20 @@ pub fn main(args: &Args) -> Outcome {
 
 /// Parts footprint files, told by their extension, from tiles.
 fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
-    const FOOTPRINTS: [&str; 8] = ["gpkg", "geojson", "json", "shp", "fgb", "sqlite", "db", "geojsonl"];
+    const FOOTPRINTS: [&str; 12] = [
+        "gpkg",
+        "geojson",
+        "json",
+        "shp",
+        "fgb",
+        "sqlite",
+        "db",
+        "geojsonl",
+        "geojsons",
+        "ndjson",
+        "parquet",
+        "geoparquet",
+    ];
     let (mut tiles, mut footprints) = (Vec::new(), Vec::new());
     for file in files {
         let path = PathBuf::from(file);

@@ -68,8 +68,9 @@ fn tile(tile: &TileInfo) -> String {
     }
     if summary.area > 0.0 {
         let area = thousands(summary.area.round() as u64);
-        let (points, pulses) = (summary.density, summary.pulse_density);
-        line(&mut out, "density", &format!("{points:.1} points/m², {pulses:.1} pulses/m² over {area} m²"));
+        let points = summary.density;
+        let pulses = summary.pulse_density.map_or("unknown".to_owned(), |pulses| format!("{pulses:.1}"));
+        line(&mut out, "density", &format!("{points:.1} points/m², {pulses} pulses/m² over {area} m²"));
     }
     let flags = [("withheld", summary.withheld), ("synthetic", summary.synthetic), ("overlap", summary.overlap)];
     let flags: Vec<String> =
@@ -81,6 +82,9 @@ fn tile(tile: &TileInfo) -> String {
     out += &counts("return", &summary.returns, |number| number.to_string());
     for problem in &summary.problems {
         line(&mut out, "problem", &problem.to_string());
+    }
+    for note in &tile.notes {
+        line(&mut out, "note", note);
     }
     out
 }

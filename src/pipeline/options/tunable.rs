@@ -40,6 +40,7 @@ impl Tunable for Parameters {
         ("regularise_tolerance", [0.0, 10.0]),
         ("footprint_tolerance", [0.0, 10.0]),
         ("open_ground_area", [0.0, 10_000.0]),
+        ("minimum_height", [0.0, 100.0]),
         ("step_height", [0.0, 100.0]),
         ("step_length", [0.0, 100.0]),
         ("lambda", [0.0, 1000.0]),

@@ -43,7 +43,7 @@ fn options() -> Vec<OptionSpec> {
         OptionSpec::new(
             "footprints",
             Kind::File,
-            "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite; needed unless `no_footprint`",
+            "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite; needed unless `no_footprint`",
         ),
         switch("no_footprint", "Take all building points for a single object"),
         switch("overwrite", "Replace files that exist"),

@@ -1,5 +1,6 @@
 //! Made-up villages, from tiles to sites.
 
+mod claims;
 mod ground;
 mod naming;
 mod prepared;

@@ -6,7 +6,6 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +14,7 @@ use serde_json::{Map, Value};
 
 use crate::error::{Error, InputError, Result};
 use crate::source::open;
+use crate::source::reread::is_standard_input;
 use parse::Document;
 
 /// A city model, or one feature of a sequence.
@@ -203,20 +203,35 @@ pub fn read(path: &Path) -> Result<CityModel> {
     Ok(whole)
 }
 
-/// Opens a file and reads it piece by piece: a CityJSONSeq feature by feature, a CityJSON in one piece.
+/// Opens a file, or standard input (`-`), and reads it piece by piece: a CityJSONSeq feature by feature, a CityJSON in one
+/// piece.
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read, and an input error with line and column when it is no JSON, no CityJSON,
 /// of another version than 1.0 to 2.0, or refers to vertices that it does not have.
 pub fn features(path: &Path) -> Result<Features> {
+    open_features(path, false)
+}
+
+/// The same, and the text of every piece is kept until it is [taken](Features::take_text) or the next piece is read.
+///
+/// # Errors
+/// As [`features`].
+pub(crate) fn features_with_text(path: &Path) -> Result<Features> {
+    open_features(path, true)
+}
+
+fn open_features(path: &Path, keeps_text: bool) -> Result<Features> {
     let file = open::stream(path, "a CityJSON or CityJSONSeq file")?;
     let mut features = Features {
-        path: path.to_path_buf(),
+        path: if is_standard_input(path) { "standard input".into() } else { path.to_path_buf() },
         reader: BufReader::with_capacity(1 << 18, file),
         line: 0,
         head: CityModel::default(),
         read: 0,
         first: None,
+        keeps_text,
+        text: Vec::new(),
     };
     features.refuse_other_than_json()?;
     let mut bytes = features.next_line()?;
@@ -233,19 +248,21 @@ pub fn features(path: &Path) -> Result<Features> {
         other => other,
     };
     let head = head.map_err(|fault| features.fault(&fault, 0))?;
+    features.keep_text(bytes);
     features.open(head)?;
     Ok(features)
 }
 
 /// The pieces of a file, each a [`CityModel`] with its own vertices. See [`features`].
-#[derive(Debug)]
 pub struct Features {
     path: PathBuf,
-    reader: BufReader<File>,
+    reader: BufReader<Box<dyn Read + Send>>,
     line: usize,
     head: CityModel,
     read: u64,
     first: Option<CityModel>,
+    keeps_text: bool,
+    text: Vec<u8>,
 }
 
 impl Features {
@@ -257,6 +274,17 @@ impl Features {
     /// How many bytes of the file have been read.
     pub fn bytes_read(&self) -> u64 {
         self.read
+    }
+
+    /// The text of the last piece that was read, the head at first; empty where it is not kept.
+    pub(crate) fn take_text(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.text)
+    }
+
+    fn keep_text(&mut self, text: Vec<u8>) {
+        if self.keeps_text {
+            self.text = text;
+        }
     }
 
     /// Looks at the first bytes: what is no object need not be read to its end, which may be far.
@@ -368,6 +396,7 @@ impl Features {
             let place = format!("line {}", self.line);
             return Err(self.refusal(place, format!("the type {:?}", feature.kind), "\"CityJSONFeature\""));
         }
+        self.keep_text(bytes);
         self.model(feature).map(Some)
     }
 }

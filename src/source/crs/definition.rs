@@ -106,14 +106,27 @@ fn is_epsg(object: &Object) -> bool {
     object.id().is_some_and(|(authority, _)| authority == "EPSG")
 }
 
-/// Authority and code, or those of the two parts of a compound system when both are of one authority.
+/// Authority and code, or those of the two parts of a compound system when both are of one authority; those of the
+/// horizontal part where the vertical one has none.
 fn code_of(object: &Object) -> Option<String> {
     if let Some((authority, code)) = object.id() {
         return Some(format!("{authority}:{code}"));
     }
     let (authority, horizontal) = object.sub_crs(0)?.id()?;
-    let (other, vertical) = object.sub_crs(1)?.id()?;
-    (authority == other).then(|| format!("{authority}:{horizontal}+{vertical}"))
+    match object.sub_crs(1)?.id() {
+        Some((other, vertical)) if authority == other => Some(format!("{authority}:{horizontal}+{vertical}")),
+        Some(_) | None => Some(format!("{authority}:{horizontal}")),
+    }
+}
+
+/// The name of the vertical part of a compound system that [`code_of`] leaves out.
+pub(super) fn unknown_heights(wkt: &str) -> Option<String> {
+    let object = Object::from_wkt(&Context::new().ok()?, wkt).ok()?;
+    if object.id().is_some() {
+        return None;
+    }
+    let (horizontal, vertical) = (object.sub_crs(0)?.id()?, object.sub_crs(1)?);
+    vertical.id().is_none_or(|vertical| vertical.0 != horizontal.0).then(|| vertical.name())
 }
 
 /// Metres per unit along x, y, z, and whether x and y are angles.

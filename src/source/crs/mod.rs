@@ -7,6 +7,7 @@ mod definition;
 mod geocentric;
 mod geotiff;
 mod proj_ffi;
+mod scale;
 mod spatial;
 mod transform;
 
@@ -23,8 +24,10 @@ pub use transform::Transformer;
 
 /// The user id of the records of a LAS header that hold a CRS (LAS 1.4, section 2.5.3).
 const LAS_PROJECTION: &str = "LASF_Projection";
-/// The record that holds OGC WKT (LAS 1.4, section 2.5.3.1).
-const LAS_WKT_RECORD: u16 = 2112;
+/// The records that hold OGC WKT, by user id and number, the usual one first: WKT 1 (LAS 1.4, section 2.5.3.1), WKT 2 as
+/// later drafts number it, and those of the library that wrote WKT before there was a number for it.
+const LAS_WKT_RECORDS: [(&str, u16); 4] =
+    [(LAS_PROJECTION, 2112), (LAS_PROJECTION, 4224), ("liblas", 2112), ("liblas", 4224)];
 /// What to write where a CRS is expected.
 const EXAMPLES: &str = "Give it as a code such as EPSG:7415, as a pair such as EPSG:2154+5720, or as WKT";
 
@@ -34,7 +37,8 @@ pub struct Crs {
     /// WKT2 of the whole system (compound systems whole), as PROJ writes it.
     pub wkt: String,
     /// Authority and code of the whole system, such as `EPSG:7415`; for a compound system that has no code of its own
-    /// but whose parts have, `EPSG:2154+5720`; `None` when there is none.
+    /// but whose parts have, `EPSG:2154+5720`; where nobody knows its vertical part ([`Self::unknown_heights`]), that of
+    /// its horizontal part; `None` when there is none.
     pub code: Option<String>,
     /// Its name.
     pub name: String,
@@ -52,25 +56,28 @@ impl Crs {
     /// # Errors
     /// What is wrong with a CRS that is there but cannot be understood.
     pub fn from_header(header: &las::Header) -> Result<Option<Self>, String> {
-        let record = |id: u16| {
+        let of_user = |user: &str, id: u16| {
             header
                 .all_vlrs()
-                .find(|vlr| vlr.record_id == id && vlr.user_id.eq_ignore_ascii_case(LAS_PROJECTION))
+                .find(|vlr| vlr.record_id == id && vlr.user_id.eq_ignore_ascii_case(user))
                 .map(|vlr| vlr.data.as_slice())
         };
-        let wkt = record(LAS_WKT_RECORD).map(|bytes| {
+        let record = |id: u16| of_user(LAS_PROJECTION, id);
+        let mut from_wkt = None;
+        for bytes in LAS_WKT_RECORDS.into_iter().filter_map(|(user, id)| of_user(user, id)) {
             let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
-            String::from_utf8_lossy(&bytes[..end]).trim().to_string()
-        });
-        let from_wkt = wkt
-            .filter(|text| !text.is_empty())
-            .map(|text| definition::from_wkt(&text).map_err(|e| format!("its WKT cannot be understood: {e}")));
-        if let Some(Ok(crs)) = from_wkt {
-            return Ok(Some(crs));
+            let text = String::from_utf8_lossy(&bytes[..end]);
+            if text.trim().is_empty() {
+                continue;
+            }
+            match definition::from_wkt(text.trim()) {
+                Ok(crs) => return Ok(Some(crs)),
+                Err(e) => from_wkt = from_wkt.or(Some(format!("its WKT cannot be understood: {e}"))),
+            }
         }
         match (geotiff::read(record), from_wkt) {
             (Ok(Some(crs)), _) => Ok(Some(crs)),
-            (_, Some(Err(e))) | (Err(e), _) => Err(e),
+            (_, Some(e)) | (Err(e), _) => Err(e),
             (Ok(None), _) => Ok(None),
         }
     }
@@ -110,6 +117,11 @@ impl Crs {
         let horizontal = code.split('+').next()?;
         let version = if authority == "OGC" { "1.3" } else { "0" };
         Some(format!("https://www.opengis.net/def/crs/{authority}/{version}/{horizontal}"))
+    }
+
+    /// The name of its vertical part, where it has one that has no code, so that [`Self::code`] says nothing of heights.
+    pub fn unknown_heights(&self) -> Option<String> {
+        definition::unknown_heights(&self.wkt)
     }
 
     /// WKT1 as GDAL writes it, for formats that know no other; `None` for what it cannot express.

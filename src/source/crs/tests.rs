@@ -198,6 +198,17 @@ fn geotiff_parameters_define_a_system() {
 }
 
 #[test]
+fn wkt_is_found_under_every_number_and_name_that_writers_gave_it() {
+    let wkt = Crs::parse("EPSG:28992").unwrap().wkt;
+    for (user, id) in [("LASF_Projection", 4224), ("liblas", 2112), ("LibLAS", 4224)] {
+        let mut builder = las::Builder::from(header_with(&[(2112, Vec::new()), (id, wkt.clone().into_bytes())]));
+        builder.vlrs[1].user_id = user.into();
+        let crs = Crs::from_header(&builder.into_header().unwrap()).unwrap().unwrap();
+        assert_eq!(crs.code.as_deref(), Some("EPSG:28992"), "{user} {id}");
+    }
+}
+
+#[test]
 fn a_broken_wkt_falls_back_on_keys_and_else_is_an_error() {
     let broken = (2112, b"PROJCS[\"half".to_vec());
     assert!(Crs::from_header(&header_with(std::slice::from_ref(&broken))).unwrap_err().contains("WKT"));
@@ -267,4 +278,17 @@ fn a_ballpark_shift_says_that_it_is_one() {
     let transformer = Transformer::new(&from, &to, None).unwrap();
     assert_eq!(transformer.accuracy(), None);
     assert!(transformer.warning().unwrap().contains("hundreds of metres"), "{:?}", transformer.warning());
+}
+
+#[test]
+fn a_vertical_datum_that_nobody_knows_leaves_the_horizontal_code() {
+    let wkt = |crs: &str| Crs::parse(crs).unwrap().wkt1().unwrap();
+    let local = r#"VERT_CS["my geoid",VERT_DATUM["./local.bin",2005],UNIT["metre",1],AXIS["Up",UP]]"#;
+    let crs = Crs::parse(&format!(r#"COMPD_CS["RD + local",{},{local}]"#, wkt("EPSG:28992"))).unwrap();
+    assert_eq!(crs.code.as_deref(), Some("EPSG:28992"));
+    assert_eq!(crs.unknown_heights().as_deref(), Some("my geoid"));
+    assert_eq!(crs.reference_system().as_deref(), Some("https://www.opengis.net/def/crs/EPSG/0/28992"));
+    for known in ["EPSG:28992", "EPSG:7415", "EPSG:2154+5720"] {
+        assert_eq!(Crs::parse(known).unwrap().unknown_heights(), None, "{known}");
+    }
 }

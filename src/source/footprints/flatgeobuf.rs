@@ -11,6 +11,7 @@ use ::flatgeobuf::{ColumnType, Geometry, GeometryType, Header};
 use geo::Coord;
 use serde_json::{Map, Number, Value};
 
+use super::arcs;
 use super::format::stem;
 use super::outline::{Outline, Ring};
 use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
@@ -246,13 +247,45 @@ fn collect(
                 collect(&part, part.type_(), outline, others)?;
             }
         }
-        GeometryType::CurvePolygon | GeometryType::CircularString | GeometryType::CompoundCurve => {
-            return Err("its geometry has curved edges".into());
+        GeometryType::CurvePolygon => {
+            let parts = geometry.parts();
+            let curves = parts.iter().flatten().map(|part| {
+                let (mut ring, mut has_arcs) = (Ring::new(), false);
+                curve(&part, &mut ring, &mut has_arcs, 0)?;
+                Ok((ring, has_arcs))
+            });
+            let (rings, arcs): (Vec<Ring>, Vec<bool>) = curves.collect::<Result<Vec<_>, String>>()?.into_iter().unzip();
+            outline.polygons.push(rings);
+            if arcs.contains(&true) {
+                outline.notes.push(arcs::note());
+            }
         }
         GeometryType::PolyhedralSurface | GeometryType::TIN | GeometryType::Triangle => {
             return Err("its geometry is a surface in space, not a polygon in the plane".into());
         }
         other => others.push(other.variant_name().unwrap_or("geometry of an unknown type")),
+    }
+    Ok(())
+}
+
+/// Appends a curve to a ring: straight, of arcs, or of parts of either kind.
+fn curve(geometry: &Geometry<'_>, ring: &mut Ring, has_arcs: &mut bool, depth: u8) -> Result<(), String> {
+    let numbers: Vec<f64> = geometry.xy().iter().flatten().collect();
+    let points: Ring = numbers.as_chunks::<2>().0.iter().map(|&[x, y]| Coord { x, y }).collect();
+    match geometry.type_() {
+        GeometryType::CircularString => {
+            *has_arcs = true;
+            arcs::linearise(&points, ring)?;
+        }
+        GeometryType::CompoundCurve if depth == 0 => {
+            geometry.parts().iter().flatten().try_for_each(|part| curve(&part, ring, has_arcs, depth + 1))?;
+        }
+        GeometryType::LineString | GeometryType::Unknown => {
+            // A part begins where the one before it ends.
+            let skipped = usize::from(!points.is_empty() && points.first() == ring.last());
+            ring.extend(&points[skipped..]);
+        }
+        _ => return Err("its rings are of an unknown kind".into()),
     }
     Ok(())
 }
@@ -273,4 +306,43 @@ fn rings(polygon: &Geometry<'_>) -> Result<Vec<Ring>, String> {
             Ok(ring)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ::flatgeobuf::GeometryArgs;
+    use flatbuffers::{FlatBufferBuilder, WIPOffset};
+    use geo::Area;
+
+    use super::*;
+
+    type Part<'a> = WIPOffset<Geometry<'a>>;
+
+    fn curve<'a>(buffer: &mut FlatBufferBuilder<'a>, type_: GeometryType, points: &[[f64; 2]]) -> Part<'a> {
+        let xy = Some(buffer.create_vector(points.as_flattened()));
+        Geometry::create(buffer, &GeometryArgs { type_, xy, ..GeometryArgs::default() })
+    }
+
+    fn of_parts<'a>(buffer: &mut FlatBufferBuilder<'a>, type_: GeometryType, parts: &[Part<'a>]) -> Part<'a> {
+        let parts = Some(buffer.create_vector(parts));
+        Geometry::create(buffer, &GeometryArgs { type_, parts, ..GeometryArgs::default() })
+    }
+
+    #[test]
+    fn curves_are_straightened() {
+        let mut buffer = FlatBufferBuilder::new();
+        let sides = [[0.0, 10.0], [0.0, 0.0], [10.0, 0.0], [10.0, 10.0]];
+        let sides = curve(&mut buffer, GeometryType::LineString, &sides);
+        let arc = curve(&mut buffer, GeometryType::CircularString, &[[10.0, 10.0], [5.0, 15.0], [0.0, 10.0]]);
+        let outer = of_parts(&mut buffer, GeometryType::CompoundCurve, &[sides, arc]);
+        let hole = curve(&mut buffer, GeometryType::CircularString, &[[2.0, 5.0], [8.0, 5.0], [2.0, 5.0]]);
+        let whole = of_parts(&mut buffer, GeometryType::CurvePolygon, &[outer, hole]);
+        buffer.finish_minimal(whole);
+        let geometry = flatbuffers::root::<Geometry<'_>>(buffer.finished_data()).unwrap();
+        let outline = outline_of(&geometry, GeometryType::CurvePolygon).unwrap();
+        let (polygon, notes) = outline.into_valid().unwrap();
+        let area = 100.0 + 12.5 * std::f64::consts::PI - 9.0 * std::f64::consts::PI;
+        assert!((polygon.unsigned_area() - area).abs() < 0.2, "{}", polygon.unsigned_area());
+        assert!(notes.len() == 1 && notes[0].contains("arcs"), "{notes:?}");
+    }
 }

@@ -3,13 +3,13 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{Reader, flatgeobuf, geojson, shapefile, sqlite};
+use super::{Reader, flatgeobuf, geojson, geoparquet, shapefile, sqlite};
 use crate::error::{Error, InputError, Result};
 use crate::source::open;
 
 /// What is accepted, for messages.
 pub(super) const ACCEPTED: &str =
-    "GeoJSON, GeoPackage, SpatiaLite, Shapefile (the .shp with its .dbf and .prj) or FlatGeobuf";
+    "GeoJSON, GeoPackage, SpatiaLite, Shapefile (the .shp with its .dbf and .prj), FlatGeobuf or GeoParquet";
 
 /// The file to read (the `.shp` when another part of a shapefile is given) and the reader for it.
 pub(super) fn of(path: &Path) -> Result<(PathBuf, Reader)> {
@@ -25,12 +25,15 @@ pub(super) fn of(path: &Path) -> Result<(PathBuf, Reader)> {
         .take(4096)
         .read_to_end(&mut start)
         .map_err(|e| Error::io(&path, "read", e))?;
-    let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&start).trim_ascii_start();
+    let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&start);
+    // A sequence (RFC 8142) begins with a separator.
+    let text = text.strip_prefix(&[geojson::RECORD_SEPARATOR]).unwrap_or(text).trim_ascii_start();
     let reader: Reader = match start.as_slice() {
         [] => return Err(refused(&path, "an empty file").into()),
         [b'S', b'Q', b'L', b'i', b't', b'e', b' ', ..] => sqlite::read,
         [0x00, 0x00, 0x27, 0x0A, ..] => shapefile::read,
         [b'f', b'g', b'b', ..] => flatgeobuf::read,
+        _ if start.starts_with(geoparquet::MAGIC) => geoparquet::read,
         [b'P', b'K', 0x03, 0x04, ..] => return Err(refused(&path, "a ZIP archive").remedy("Unpack it first").into()),
         [b'L', b'A', b'S', b'F', ..] => return Err(refused(&path, "a LAS point cloud").into()),
         _ if text.first() == Some(&b'{') => geojson::read,

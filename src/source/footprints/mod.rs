@@ -1,15 +1,17 @@
-//! Footprints: polygons with attributes, from GeoJSON, GeoPackage, SpatiaLite, Shapefile and FlatGeobuf.
+//! Footprints: polygons with attributes, from GeoJSON, GeoPackage, SpatiaLite, Shapefile, FlatGeobuf and GeoParquet.
 //!
 //! Every format has one file with one function of the same signature, which hands over feature after feature as it
 //! stands. What follows is the same for all: the filter, the repair of rings, the choice of ids. No feature is ever
 //! dropped in silence: what the filter lets through ends up either in [`FootprintLayer::footprints`] or, with the
 //! reason, in [`FootprintLayer::rejected`].
 
+mod arcs;
 mod dbf;
 mod filter;
 mod flatgeobuf;
 mod format;
 mod geojson;
+mod geoparquet;
 mod ids;
 mod names;
 mod outline;
@@ -22,6 +24,7 @@ mod wkb;
 mod tests;
 
 use std::collections::HashSet;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use geo::{BoundingRect, MapCoordsInPlace, MultiPolygon, Rect};
@@ -70,6 +73,26 @@ pub struct FootprintOptions {
     pub id_attribute: Option<String>,
     /// The CRS of the coordinates, whatever the file says.
     pub crs: Option<Crs>,
+    /// Where features are wanted: of a format that says where each of them is, the others are not read; see
+    /// [`is_read_in_part`].
+    pub within: Option<Within>,
+}
+
+/// Where features are wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Within {
+    /// The CRS of the extent.
+    pub crs: Crs,
+    /// Smallest x and y, largest x and y.
+    pub extent: [f64; 4],
+}
+
+/// Whether a file is of a format whose features far from [`FootprintOptions::within`] are not read: GeoParquet, of which
+/// one file may hold the buildings of a continent.
+pub fn is_read_in_part(path: &Path) -> bool {
+    let mut start = [0; 4];
+    let opened = crate::source::open::regular(path, "");
+    opened.is_ok_and(|(mut file, _)| file.read_exact(&mut start).is_ok()) && start == *geoparquet::MAGIC
 }
 
 /// What is in a footprint file.
@@ -242,7 +265,8 @@ impl FootprintLayer {
     pub fn reproject(&mut self, target: &Crs) -> Result<Vec<String>> {
         let Some(source) = self.crs.replace(target.clone()) else {
             return Ok(vec![format!(
-                "{} does not say its reference system; its coordinates are taken to be in {target}",
+                "{} does not say its reference system; its coordinates are taken to be in {target}: give --footprint-crs if \
+                 they are not",
                 self.path.display()
             )]);
         };
@@ -313,13 +337,30 @@ fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&'a V
         .or_else(|| attributes.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value))
 }
 
+/// An extent (smallest x and y, largest x and y) in another CRS, a little wider than it is; `None` where there is no way.
+fn extent_in(from: &Crs, extent: [f64; 4], to: &Crs) -> Option<[f64; 4]> {
+    const STEPS: u8 = 8;
+    const SLACK: f64 = 0.02;
+    let transformer = Transformer::new(from, to, Some(extent)).ok()?;
+    let [x0, y0, x1, y1] = extent;
+    let at = |i: u8, low: f64, high: f64| low + (high - low) * f64::from(i) / f64::from(STEPS);
+    let mut points: Vec<[f64; 2]> =
+        (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| [at(i, x0, x1), at(j, y0, y1)])).collect();
+    transformer.transform(&mut points);
+    let bounds = points.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+        [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
+    });
+    let [x, y] = [SLACK * (bounds[2] - bounds[0]), SLACK * (bounds[3] - bounds[1])];
+    bounds.iter().all(|bound| bound.is_finite()).then_some([bounds[0] - x, bounds[1] - y, bounds[2] + x, bounds[3] + y])
+}
+
 /// The CRS that a file names, unless the user gave one; an error that names the file and says how to give one.
 fn crs_of_file(path: &Path, definition: &str, options: &FootprintOptions) -> Result<Option<Crs>> {
     if options.crs.is_some() || definition.trim().is_empty() {
         return Ok(None);
     }
     Crs::parse(definition).map(Some).map_err(|error| {
-        let remedy = format!("Say which reference system it is. {}", error.remedy);
+        let remedy = format!("Say with --footprint-crs which reference system it is. {}", error.remedy);
         InputError::new(path, error.found, error.expected).at("its reference system").remedy(remedy).into()
     })
 }

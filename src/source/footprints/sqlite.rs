@@ -197,6 +197,10 @@ fn crs_of(
     if let Some(crs) = code.as_deref().and_then(|code| Crs::parse(code).ok()) {
         return Ok(Some(crs));
     }
+    // What GDAL writes for a system that it knows nothing of.
+    if definition.as_deref().is_some_and(|text| text.contains("\"Undefined SRS\"")) {
+        return Ok(None);
+    }
     let definition = definition.filter(|text| text.contains('[')).or(code).unwrap_or_else(|| format!("EPSG:{srid}"));
     crs_of_file(path, &definition, options)
 }

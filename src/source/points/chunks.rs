@@ -86,10 +86,15 @@ impl Compression {
 
     /// The chunks according to the chunk table of the file; `None` when there is none or it cannot be true.
     pub fn table<R: Read + Seek>(&self, source: &mut R, layout: &Layout) -> Option<Vec<Chunk>> {
+        Some(self.whole_table(source, layout)?.0)
+    }
+
+    /// The same, and how many points the table lists beyond those that the header announces, at least.
+    pub fn whole_table<R: Read + Seek>(&self, source: &mut R, layout: &Layout) -> Option<(Vec<Chunk>, u64)> {
         let first = layout.data_start.checked_add(ChunkTable::OFFSET_SIZE as u64)?;
         if self.chunking == Chunking::Whole {
             let bytes = layout.file_size.checked_sub(layout.data_start)?;
-            return Some(vec![Chunk { start: layout.data_start, bytes, points: layout.points }]);
+            return Some((vec![Chunk { start: layout.data_start, bytes, points: layout.points }], 0));
         }
         source.seek(SeekFrom::Start(layout.data_start)).ok()?;
         let mut at = read_u64(source)?;
@@ -112,6 +117,7 @@ impl Compression {
         let mut start = first;
         let mut left = layout.points;
         let mut found = Vec::with_capacity(table.len());
+        let mut surplus = 0;
         for entry in table.as_ref() {
             let end = start.checked_add(entry.byte_count).filter(|end| *end <= at)?;
             let points = entry.point_count.min(left);
@@ -119,9 +125,18 @@ impl Compression {
             if points > 0 {
                 found.push(Chunk { start, bytes: entry.byte_count, points });
             }
+            surplus += match self.chunking {
+                Chunking::Variable => entry.point_count - points,
+                // A chunk that is not announced has one point at least, and makes the one before it whole.
+                _ if points == 0 && entry.byte_count > 0 => 1,
+                _ => 0,
+            };
             start = end;
         }
-        Some(found)
+        if let (Chunking::Fixed(size), true) = (self.chunking, surplus > 0) {
+            surplus = (surplus - 1).saturating_mul(size) + 1;
+        }
+        Some((found, surplus))
     }
 
     /// Whether the layer sizes at the head of the layered chunk at `start` fit into `bytes`; the decoder believes them

@@ -10,8 +10,13 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Public header block sizes (LAS 1.4 R15, section 2.4; LAS 1.3 and 1.2 likewise).
-const HEADER_SIZE: [u16; 5] = [227, 227, 227, 235, 375];
+/// Public header block sizes of LAS 1.0 to 1.5 (LAS 1.4 R15, section 2.4; LAS 1.3 and 1.2 likewise; LAS 1.5 R0).
+const HEADER_SIZE: [u16; 6] = [227, 227, 227, 235, 375, 393];
+/// Byte of the minor version in the header.
+const VERSION_MINOR: usize = 25;
+/// The latest version that the `las` crate knows. Version 1.5 adds three fields behind those of 1.4, none of which
+/// concerns us, and takes the point formats 0 to 5 away: its header is read as one of 1.4 with some bytes more.
+const LATEST_KNOWN: u8 = 4;
 const VLR_HEADER_SIZE: u64 = 54;
 const EVLR_HEADER_SIZE: u64 = 60;
 /// More than any real WKT or COPC hierarchy; longer records are passed over.
@@ -26,6 +31,8 @@ pub(super) struct Layout {
     pub point_format: u8,
     /// Byte at which the points begin.
     pub data_start: u64,
+    /// Byte at which something else begins behind them, as far as the header tells.
+    pub data_end: Option<u64>,
     /// Size of the file in bytes.
     pub file_size: u64,
     /// Points announced.
@@ -63,7 +70,9 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     }
     let (major, minor) = (start[24], start[25]);
     let Some(&smallest) = HEADER_SIZE.get(usize::from(minor)).filter(|_| major == 1) else {
-        return Err(fault("byte 24", format!("LAS version {major}.{minor}"), "LAS version 1.0 to 1.4"));
+        let found = format!("LAS version {major}.{minor}");
+        let fault = InputError::new(path, found, "LAS version 1.0 to 1.5").at("byte 24");
+        return Err(fault.remedy("Write it as one of these, or look whether the file is damaged").into());
     };
     if size < u64::from(smallest) {
         return Err(short(u64::from(smallest)));
@@ -78,8 +87,12 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
         return Err(fault("byte 94", format!("a header size of {header_size}"), &format!("{smallest} bytes or more")));
     }
     file.seek(SeekFrom::Start(0)).map_err(io)?;
+    let mut head = start;
+    head.resize(usize::from(header_size), 0);
+    file.read_exact(&mut head).map_err(io)?;
+    head[VERSION_MINOR] = minor.min(LATEST_KNOWN);
     let raw_header =
-        raw::Header::read_from(file.by_ref()).map_err(|e| fault("header", e.to_string(), "a LAS header"))?;
+        raw::Header::read_from(head.as_slice()).map_err(|e| fault("header", e.to_string(), "a LAS header"))?;
     let data_start = u64::from(raw_header.offset_to_point_data);
     if data_start < u64::from(header_size) || data_start > size {
         let found = format!("points that begin at byte {data_start}");
@@ -111,6 +124,8 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
         _ => u64::from(raw_header.number_of_point_records),
     };
     let evlr = raw_header.evlr;
+    let behind = [evlr.map(|evlr| evlr.start_of_first_evlr), raw_header.start_of_waveform_data_packet_record];
+    let data_end = behind.into_iter().flatten().filter(|start| *start > data_start).min();
     let mut builder = las::Builder::new(raw_header)
         .map_err(|e| fault("byte 104", e.to_string(), "a record length that fits the point format"))?;
     let mut vlrs = file.by_ref().take(data_start - u64::from(header_size));
@@ -141,7 +156,10 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
     };
     let version_minor = minor;
     let file_size = size;
-    Ok((header, Layout { version_minor, point_format, data_start, file_size, points, record_len, compression }))
+    Ok((
+        header,
+        Layout { version_minor, point_format, data_start, data_end, file_size, points, record_len, compression },
+    ))
 }
 
 /// The extended records that matter: CRS and COPC. A file that is cut off has lost its extended records, which stand at
@@ -157,7 +175,8 @@ fn read_evlrs(file: &mut BufReader<File>, start: u64, count: u32, size: u64) -> 
         }
         let length = u64::from_le_bytes(std::array::from_fn(|i| head[20 + i]));
         let Some(end) = data.checked_add(length).filter(|end| *end <= size) else { break };
-        let matters = head[2..18].starts_with(b"LASF_Projection\0") || head[2..18].starts_with(b"copc\0");
+        let users: [&[u8]; 3] = [b"LASF_Projection\0", b"liblas\0", b"copc\0"];
+        let matters = users.iter().any(|user| head[2..18].starts_with(user));
         if matters && length <= LONGEST_EVLR {
             if file.seek(SeekFrom::Start(position)).is_err() {
                 break;

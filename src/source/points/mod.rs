@@ -1,4 +1,4 @@
-//! Points: LAS 1.0 to 1.4, LAZ and COPC tiles, streamed so that memory stays flat whatever the file.
+//! Points: LAS 1.0 to 1.5, LAZ and COPC tiles, streamed so that memory stays flat whatever the file.
 //!
 //! - [`expand()`] turns arguments (files, globs, folders) into tiles.
 //! - [`Tile::open`] reads and checks the header, nothing more.
@@ -13,6 +13,8 @@
 
 mod block;
 mod chunks;
+mod claims;
+mod copc;
 mod decode;
 mod expand;
 mod gps_time;

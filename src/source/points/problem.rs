@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What is wrong with a tile whose other points are used nevertheless.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
@@ -33,6 +33,37 @@ pub enum TileProblem {
         /// The tile.
         tile: PathBuf,
     },
+    /// The extent in the header does not hold all points; that of the points was used.
+    PointsOutsideExtent {
+        /// The tile.
+        tile: PathBuf,
+        /// How many lie outside.
+        points: u64,
+        /// Points read.
+        read: u64,
+    },
+    /// The file holds more points than its header announces. They were not read.
+    UnannouncedPoints {
+        /// The tile.
+        tile: PathBuf,
+        /// How many more, at least.
+        points: u64,
+        /// Points that the header announces.
+        announced: u64,
+    },
+}
+
+impl TileProblem {
+    /// The tile that has the problem.
+    pub fn tile(&self) -> &Path {
+        match self {
+            Self::MissingPoints { tile, .. }
+            | Self::AbsurdCoordinates { tile, .. }
+            | Self::UnusableExtent { tile }
+            | Self::PointsOutsideExtent { tile, .. }
+            | Self::UnannouncedPoints { tile, .. } => tile,
+        }
+    }
 }
 
 impl fmt::Display for TileProblem {
@@ -50,6 +81,17 @@ impl fmt::Display for TileProblem {
             Self::UnusableExtent { tile } => {
                 write!(f, "{}: the extent in the header is unusable; that of the points is used", tile.display())
             }
+            Self::PointsOutsideExtent { tile, points, read } => write!(
+                f,
+                "{}: {points} of {read} points lie outside the extent in the header; that of the points is used",
+                tile.display()
+            ),
+            Self::UnannouncedPoints { tile, points, announced } => write!(
+                f,
+                "{}: the file holds at least {points} points more than the {announced} that its header announces; they are \
+                 not read: have the header completed, or write the file anew",
+                tile.display()
+            ),
         }
     }
 }

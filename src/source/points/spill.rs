@@ -8,8 +8,9 @@ use super::header::Layout;
 use super::tile::{Extent, HIGHEST, LARGEST, Tile};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
+use crate::source::reread::Reread;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -113,6 +114,7 @@ impl SpillWriter {
                 version_minor: 0,
                 point_format: 0,
                 data_start: start * RECORD as u64,
+                data_end: None,
                 file_size: points * RECORD as u64,
                 points: count,
                 record_len: RECORD,
@@ -124,7 +126,9 @@ impl SpillWriter {
                 crs: crs.cloned(),
                 crs_fault: None,
                 extent: (!extent.is_empty()).then_some(*extent),
+                stated_extent: None,
                 points: count,
+                unannounced: 0,
                 version: String::new(),
                 point_format: 0,
                 is_copc: false,
@@ -150,36 +154,7 @@ pub(super) struct Spill(Arc<File>);
 impl Spill {
     /// Reads from the beginning, whatever others read at the same time.
     pub(super) fn reader(&self) -> impl Read + Seek + use<> {
-        SpillReader { file: self.0.clone(), at: 0 }
-    }
-}
-
-/// Reads with a position of its own.
-struct SpillReader {
-    file: Arc<File>,
-    at: u64,
-}
-
-impl Read for SpillReader {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        #[cfg(unix)]
-        let read = std::os::unix::fs::FileExt::read_at(&*self.file, buffer, self.at)?;
-        #[cfg(windows)]
-        let read = std::os::windows::fs::FileExt::seek_read(&*self.file, buffer, self.at)?;
-        self.at += read as u64;
-        Ok(read)
-    }
-}
-
-impl Seek for SpillReader {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        let (base, offset) = match to {
-            SeekFrom::Start(at) => (at, 0),
-            SeekFrom::Current(offset) => (self.at, offset),
-            SeekFrom::End(offset) => (self.file.metadata()?.len(), offset),
-        };
-        self.at = base.checked_add_signed(offset).ok_or(io::ErrorKind::InvalidInput)?;
-        Ok(self.at)
+        Reread::new(self.0.clone())
     }
 }
 

@@ -100,7 +100,7 @@ impl Tile {
         match &layout.compression {
             None => self.stream_plain(&mut file, &mut out),
             Some(compression) => {
-                let nodes = region.and_then(|region| self.copc_nodes(region));
+                let nodes = region.and_then(|region| self.copc_nodes(&mut file, region));
                 let chunks = match nodes {
                     Some((chunks, passed_over)) => {
                         out.reading.expected = chunks.iter().map(|c| c.points).sum();
@@ -196,38 +196,6 @@ impl Tile {
             }
             left -= points;
         }
-    }
-
-    /// The chunks of the octree nodes that touch the region, in the order of the file, and the number of points in the
-    /// others; `None` when the tile is not COPC or its hierarchy is damaged (it can still be read as LAZ).
-    fn copc_nodes(&self, region: &Region) -> Option<(Vec<Chunk>, u64)> {
-        /// Deeper than any octree over 32-bit coordinates.
-        const DEEPEST: i32 = 30;
-        let info = self.header.copc_info_vlr()?;
-        let hierarchy = self.header.copc_hierarchy_evlr()?;
-        let most = self.header.evlrs().iter().find(|vlr| vlr.is_copc_hierarchy())?.data.len() / 32;
-        let mut chunks = Vec::new();
-        let mut passed_over = 0;
-        // Pages that refer to one another in a circle would never end: there are no more entries than fit in the record.
-        for entry in hierarchy.iter_entries().take(most) {
-            let entry = entry.ok()?;
-            let (points, bytes) = (u64::try_from(entry.point_count).ok()?, u64::try_from(entry.byte_size).ok()?);
-            if !(0..=DEEPEST).contains(&entry.key.l) || entry.offset.checked_add(bytes)? > self.layout().file_size {
-                return None;
-            }
-            let node = entry.key.bounds(&info);
-            if points == 0 {
-                continue;
-            }
-            if region([node.min.x, node.min.y], [node.max.x, node.max.y]) {
-                chunks.push(Chunk { start: entry.offset, bytes, points });
-            } else {
-                passed_over += points;
-            }
-        }
-        chunks.sort_by_key(|chunk| chunk.start);
-        let listed = passed_over + chunks.iter().map(|c| c.points).sum::<u64>();
-        (listed == self.layout().points).then_some((chunks, passed_over))
     }
 }
 

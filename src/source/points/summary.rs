@@ -33,8 +33,8 @@ pub struct TileSummary {
     pub area: f64,
     /// Points per square metre of scanned area.
     pub density: f64,
-    /// First returns per square metre of scanned area.
-    pub pulse_density: f64,
+    /// First returns per square metre of scanned area; `None` where the writer did not fill the numbers of returns in.
+    pub pulse_density: Option<f64>,
     /// What is wrong with the tile.
     pub problems: Vec<TileProblem>,
 }
@@ -48,6 +48,7 @@ impl Tile {
         let mut summary = TileSummary { points_stated: self.points, ..TileSummary::default() };
         let (mut classes, mut returns) = ([0_u64; 256], [0_u64; 256]);
         let mut extent = Extent::EMPTY;
+        let mut outside = 0;
         let mut cells = BTreeSet::new();
         let mut cell_before = None;
         let reading = self.stream(None, &mut |block| {
@@ -59,6 +60,7 @@ impl Tile {
                 summary.synthetic += u64::from(point.synthetic);
                 summary.overlap += u64::from(point.overlap);
                 extent.grow(point.position);
+                outside += u64::from(self.stated_extent.is_some_and(|stated| !stated.holds(point.position)));
                 let cell = [0, 1].map(|axis| (point.position[axis] * metres_per_unit[axis] / CELL).floor() as i64);
                 // Neighbours in the file are neighbours on the ground, mostly.
                 if cell_before != Some(cell) {
@@ -74,12 +76,10 @@ impl Tile {
         summary.area = cells.len() as f64 * CELL * CELL;
         if summary.area > 0.0 {
             summary.density = summary.points as f64 / summary.area;
-            summary.pulse_density = summary.returns.get(&1).copied().unwrap_or(0) as f64 / summary.area;
+            summary.pulse_density = summary.returns.get(&1).map(|first| *first as f64 / summary.area);
         }
         summary.problems = reading.problems(self);
-        if self.extent.is_none() && summary.points > 0 {
-            summary.problems.push(TileProblem::UnusableExtent { tile: self.path.clone() });
-        }
+        summary.problems.extend(self.wrong_claims(outside, reading.read));
         Ok(summary)
     }
 }

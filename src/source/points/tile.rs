@@ -1,6 +1,7 @@
 //! A tile: what its header says.
 
 use super::block::{Block, Records};
+use super::claims;
 use super::header::{self, Layout};
 use super::spill::Spill;
 use crate::error::Result;
@@ -66,10 +67,15 @@ pub struct Tile {
     pub crs: Option<Crs>,
     /// What is wrong with the CRS that it carries, when it cannot be understood.
     pub crs_fault: Option<String>,
-    /// Extent stated by the header; `None` when the tile is empty or the statement cannot be true.
+    /// Extent stated by the header; `None` when the tile is empty, or the statement cannot be true or does not hold the
+    /// points, as far as a few of them tell.
     pub extent: Option<Extent>,
+    /// The same as it is stated, whether or not a few points are in it; `None` when it cannot be true.
+    pub stated_extent: Option<Extent>,
     /// Number of points stated by the header.
     pub points: u64,
+    /// Points that stand in the file beyond those, at least; nobody reads them.
+    pub unannounced: u64,
     /// LAS version, such as `1.4`.
     pub version: String,
     /// Point format, 0 to 10.
@@ -94,7 +100,13 @@ impl Tile {
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let (file, size) = open::regular(path, "a LAS, LAZ or COPC tile")?;
-        let (header, layout) = header::read(path, &mut BufReader::new(file), size)?;
+        let mut file = BufReader::new(file);
+        let (header, layout) = header::read(path, &mut file, size)?;
+        let (chunks, surplus) = claims::chunks(&mut file, &layout, layout.compression.as_ref());
+        let stated_extent = stated_extent(&header, layout.points);
+        let extent = stated_extent
+            .filter(|extent| claims::is_plausible(&mut file, &layout, header.transforms(), extent, &chunks));
+        let unannounced = claims::unannounced(&layout, layout.data_end, surplus);
         let (crs, crs_fault) = match Crs::from_header(&header) {
             Ok(crs) => (crs, None),
             Err(fault) => (None, Some(fault)),
@@ -103,11 +115,13 @@ impl Tile {
             path: path.to_path_buf(),
             crs,
             crs_fault,
-            extent: stated_extent(&header, layout.points),
+            extent,
+            stated_extent,
             points: layout.points,
+            unannounced,
             version: format!("1.{}", layout.version_minor),
             point_format: layout.point_format,
-            is_copc: header.copc_info_vlr().is_some() && header.copc_hierarchy_evlr().is_some(),
+            is_copc: header.copc_info_vlr().is_some() && header.evlrs().iter().any(las::Vlr::is_copc_hierarchy),
             header,
             covered: None,
             buildings: Arc::default(),

@@ -34,8 +34,13 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         Format::of(filename).map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
     }
     let crs = values.text("footprint_crs").map(|text| crs_of(values, "footprint_crs", text)).transpose()?;
-    let options =
-        FootprintOptions { layer: given("layer"), filter: given("filter"), id_attribute: given("id_attribute"), crs };
+    let options = FootprintOptions {
+        layer: given("layer"),
+        filter: given("filter"),
+        id_attribute: given("id_attribute"),
+        crs,
+        within: None,
+    };
     let date = values.text("point_cloud_date").map(run::recording_date).transpose();
     let date = date.map_err(|expected| {
         values.fault("point_cloud_date", &given("point_cloud_date").unwrap_or_default(), expected)

@@ -1,9 +1,10 @@
-//! GeoJSON (RFC 7946, and the older form with a `crs` member): feature collections, features, geometries.
+//! GeoJSON (RFC 7946, and the older form with a `crs` member): feature collections, features, geometries; sequences of
+//! them, one a line or as RFC 8142 has them.
 //!
 //! A collection is read feature by feature and every feature is judged by itself, so that neither the size of a file
 //! nor one bad feature matters.
 
-mod non_finite;
+mod strict;
 
 use std::fmt;
 use std::fs::File;
@@ -15,7 +16,9 @@ use geo::Coord;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
-use non_finite::NonFiniteAsNull;
+use strict::Strict;
+
+pub(super) use strict::RECORD_SEPARATOR;
 
 use super::format::stem;
 use super::outline::{Outline, Ring};
@@ -28,43 +31,74 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let mut file = BufReader::new(File::open(path).map_err(|e| Error::io(path, "open", e))?);
     skip_byte_order_mark(&mut file).map_err(|e| Error::io(path, "read", e))?;
     let mut bounds = Bounds::default();
-    let mut document = Document::default();
-    let mut json = serde_json::Deserializer::from_reader(BufReader::new(NonFiniteAsNull::new(file)));
+    let mut json = serde_json::Deserializer::from_reader(BufReader::new(Strict::new(file)));
     let mut take = |feature: RawFeature| {
         if let Ok(outline) = &feature.outline {
             bounds.extend(outline);
         }
         sink(feature);
     };
-    Root { document: &mut document, sink: &mut take }.deserialize(&mut json).and_then(|()| json.end()).map_err(
-        |error| {
-            let remedy = if error.is_eof() { "The file is cut off; get it anew" } else { "" };
-            InputError::new(path, error.to_string(), "GeoJSON").remedy(remedy)
-        },
-    )?;
-    match document.kind.as_deref() {
-        Some("FeatureCollection") if document.has_features => {}
-        Some("FeatureCollection") => {
-            return Err(InputError::new(path, "a FeatureCollection without `features`", "GeoJSON").into());
-        }
-        Some("Feature") => take(feature_of(Value::Object(document.members.clone()))),
-        Some(_) if document.members.contains_key("coordinates") || document.members.contains_key("geometries") => {
-            let outline = outline_of(Value::Object(document.members.clone()));
-            take(RawFeature { attributes: Map::new(), outline });
-        }
-        kind => {
-            let found = kind.map_or("JSON without a `type`".to_string(), |kind| format!("JSON of type `{kind}`"));
-            return Err(InputError::new(path, found, "a FeatureCollection, a Feature or a geometry").into());
-        }
-    }
     let mut info = LayerInfo { layer: stem(path), ..LayerInfo::default() };
-    if let Some(Value::String(name)) = document.members.get("name") {
+    // A file is one document, or a sequence of them: one a line, or one after each record separator.
+    let (mut first, mut is_sequence): (Option<Document>, bool) = (None, false);
+    loop {
+        let mut document = Document::default();
+        let read = Root { document: &mut document, sink: &mut take }.deserialize(&mut json);
+        match read {
+            Ok(()) => {}
+            Err(error) if error.is_eof() && first.is_some() => {
+                info.missing = 1;
+                info.warnings.push(format!("it is cut off in its last feature, which is missing ({error})"));
+                break;
+            }
+            Err(error) => {
+                let remedy = if error.is_eof() { "The file is cut off; get it anew" } else { "" };
+                return Err(InputError::new(path, error.to_string(), "GeoJSON").remedy(remedy).into());
+            }
+        }
+        if !document.has_features || document.kind.as_deref() != Some("FeatureCollection") {
+            take(feature_of_document(path, &document)?);
+        }
+        // What stands for the whole may be said in the first of a sequence, or in a later one.
+        let first = first.get_or_insert_with(Document::default);
+        for name in ["crs", "name"] {
+            if let (Some(value), false) = (document.members.shift_remove(name), first.members.contains_key(name)) {
+                first.members.insert(name.to_owned(), value);
+            }
+        }
+        if json.end().is_ok() {
+            break;
+        }
+        is_sequence = true;
+    }
+    let document = first.unwrap_or_default();
+    if let Some(Value::String(name)) = document.members.get("name").filter(|_| !is_sequence) {
         info.layer.clone_from(name);
     }
     if options.crs.is_none() {
-        (info.crs, info.warnings) = crs_of(path, &document, &bounds, options)?;
+        let (crs, warnings) = crs_of(path, &document, &bounds, options)?;
+        info.crs = crs;
+        info.warnings.extend(warnings);
     }
     Ok(info)
+}
+
+/// The feature that a document without `features` is.
+fn feature_of_document(path: &Path, document: &Document) -> Result<RawFeature> {
+    match document.kind.as_deref() {
+        Some("FeatureCollection") => {
+            Err(InputError::new(path, "a FeatureCollection without `features`", "GeoJSON").into())
+        }
+        Some("Feature") => Ok(feature_of(Value::Object(document.members.clone()))),
+        Some(_) if document.members.contains_key("coordinates") || document.members.contains_key("geometries") => {
+            let outline = outline_of(Value::Object(document.members.clone()));
+            Ok(RawFeature { attributes: Map::new(), outline })
+        }
+        kind => {
+            let found = kind.map_or("JSON without a `type`".to_string(), |kind| format!("JSON of type `{kind}`"));
+            Err(InputError::new(path, found, "a FeatureCollection, a Feature or a geometry").into())
+        }
+    }
 }
 
 fn skip_byte_order_mark(file: &mut BufReader<File>) -> std::io::Result<()> {
@@ -95,7 +129,7 @@ fn crs_of(
         Some(other) => {
             let found = format!("`crs`: {other}");
             Err(InputError::new(path, found, "a `crs` by name, such as urn:ogc:def:crs:EPSG::28992")
-                .remedy("Say which reference system it is")
+                .remedy("Say with --footprint-crs which reference system it is")
                 .into())
         }
         None if bounds.are_degrees() => Ok((Some(Crs::wgs84()?), Vec::new())),

@@ -1,6 +1,9 @@
 //! Whole files through [`read`]: real ones, and small ones of every format that the tests write themselves.
 
+mod curves;
 mod formats;
+mod geoparquet;
+mod sequences;
 
 use std::fs;
 

@@ -1,7 +1,10 @@
+mod arguments;
+mod times;
+
 use super::fixture::{self, Plain, Style};
-use super::{ScanPoint, Tile, TileProblem, expand};
+use super::{ScanPoint, Tile, TileProblem};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tempfile::tempdir;
 
 fn cloud(count: usize) -> Vec<Plain> {
@@ -140,6 +143,7 @@ fn what_is_no_tile_is_refused_with_a_reason() {
         bytes
     };
     assert!(refused(&patched(24, &[2, 0])).contains("byte 24: found LAS version 2.0"));
+    assert!(refused(&patched(25, &[6])).contains("found LAS version 1.6, expected LAS version 1.0 to 1.5"));
     assert!(refused(&patched(94, &[10, 0])).contains("a header size of 10"));
     assert!(refused(&patched(96, &u32::MAX.to_le_bytes())).contains("points that begin at byte 4294967295"));
     assert!(refused(&patched(100, &u32::MAX.to_le_bytes())).contains("4294967295 variable length records"));
@@ -162,81 +166,6 @@ fn a_chunk_count_out_of_all_proportion_does_not_take_the_memory() {
         fs::write(&path, bytes).unwrap();
         let (points, _) = read(&Tile::open(&path).unwrap());
         assert_same(&points, &cloud(1000));
-    }
-}
-
-/// Times of four scanners that jump, stand still, run on and change their pace: everything that the coder knows.
-fn interleaved_times(format: u8, index: usize, point: &mut las::Point) {
-    let i = index as u64;
-    let mixed = i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
-    let base = [1e5, 3e8, -2.5, 7.25e3][index % 4];
-    let pace = [1e-5, 3e-4, 0.5, 1e-9][index / 40 % 4];
-    let time = if mixed.is_multiple_of(97) { f64::from_bits(mixed << 20) } else { base + pace * (i / 7) as f64 };
-    point.gps_time = Some(time + if mixed.is_multiple_of(11) { 60.0 } else { 0.0 });
-    if format >= 6 && index > 500 {
-        point.scanner_channel = (mixed / 7 % 4) as u8;
-    }
-    point.number_of_returns = (mixed % 5 + 1) as u8;
-    point.return_number = (mixed / 5 % 5 + 1) as u8;
-}
-
-#[test]
-fn times_are_decoded_as_they_were_written() {
-    let folder = tempdir().unwrap();
-    for format in [1, 3, 6, 7] {
-        let path = folder.path().join("a.laz");
-        fixture::write_with(&path, Style { format, ..Style::default() }, &cloud(120_000), |index, point| {
-            interleaved_times(format, index, point);
-        });
-        let written = |index| {
-            let mut point = las::Point::default();
-            interleaved_times(format, index, &mut point);
-            point.gps_time.unwrap().to_bits()
-        };
-        let expected: Vec<u64> = (0..120_000).map(written).collect();
-        let at = if format < 6 { 20 } else { 22 };
-        let mut times = Vec::new();
-        let reading = Tile::open(&path).unwrap().stream_records(None, &mut |block| {
-            times.extend(block.records().map(|r| u64::from_le_bytes(r[at..at + 8].try_into().unwrap())));
-            std::ops::ControlFlow::Continue(())
-        });
-        assert_eq!(reading.unwrap().read, 120_000);
-        assert!(times == expected, "format {format}");
-    }
-}
-
-/// The decoder of the laz crate calls itself on such data until the stack overflows.
-#[test]
-fn times_that_change_their_sequence_without_end_cost_their_chunk_only() {
-    let folder = tempdir().unwrap();
-    for format in [1, 6] {
-        let path = folder.path().join("a.laz");
-        fixture::write_with(&path, Style { format, ..Style::default() }, &cloud(120_000), |index, point| {
-            interleaved_times(format, index, point);
-        });
-        let mut bytes = fs::read(&path).unwrap();
-        let first = u32::from_le_bytes(bytes[96..100].try_into().unwrap()) as usize + 8;
-        if format == 1 {
-            bytes[first + 40_000..first + 70_000].fill(0xff);
-        } else {
-            let sizes = &bytes[first + 34..first + 70];
-            let sizes: Vec<usize> = sizes.as_chunks::<4>().0.iter().map(|s| u32::from_le_bytes(*s) as usize).collect();
-            let times = first + 70 + sizes[..8].iter().sum::<usize>();
-            assert!(sizes[8] > 60_000);
-            bytes[times + 8..times + sizes[8]].fill(0xff);
-        }
-        fs::write(&path, bytes).unwrap();
-        let tile = Tile::open(&path).unwrap();
-        let mut read = 0;
-        let visit = &mut |block: &super::Block| {
-            read += block.len();
-            std::ops::ControlFlow::Continue(())
-        };
-        let reading = tile.stream_records(None, visit).unwrap();
-        assert!((70_000..120_000).contains(&read), "format {format}: {read}");
-        let told = reading.problems(&tile)[0].to_string();
-        assert!(told.contains(&format!("a.laz: {} of 120000 points are missing", 120_000 - read)), "{told}");
-        assert!(told.contains(&format!("in the chunk at byte {first}: the GPS times are damaged")), "{told}");
     }
 }
 
@@ -313,93 +242,9 @@ fn a_summary_counts_by_hand() {
     assert_eq!(summary.classes.into_iter().collect::<Vec<_>>(), [(2, 8), (6, 8)]);
     assert_eq!(summary.returns.into_iter().collect::<Vec<_>>(), [(1, 12), (2, 4)]);
     assert_eq!(summary.area, 64.0);
-    assert_eq!((summary.density, summary.pulse_density), (0.25, 0.1875));
+    assert_eq!((summary.density, summary.pulse_density), (0.25, Some(0.1875)));
     assert_eq!(summary.extent, Some([[101.0, 200.0, 0.0], [113.0, 201.5, 15.0]]));
     assert_eq!(summary.problems, []);
-}
-
-#[test]
-fn arguments_become_sorted_tiles_without_duplicates() {
-    let folder = tempdir().unwrap();
-    let touch = |name: &str| {
-        let path = folder.path().join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, "").unwrap();
-        path
-    };
-    let (a, b, c) = (touch("b/a.LAS"), touch("b/b.copc.laz"), touch("c.laz"));
-    touch("b/readme.txt");
-    fs::create_dir(folder.path().join("empty")).unwrap();
-    let arg = |path: PathBuf| path.display().to_string();
-    let inside = |name: &str| arg(folder.path().join(name));
-    assert_eq!(
-        expand(&[arg(c.clone()), inside("b"), inside("b/../c.laz")]).unwrap(),
-        [a.clone(), b.clone(), c.clone()]
-    );
-    assert_eq!(expand(&[inside("**/*")]).unwrap(), [a, b, c]);
-    let refused = |name: &str| expand(&[inside(name)]).unwrap_err().to_string();
-    assert!(refused("d.laz").contains("no such file or folder"));
-    assert!(refused("d*.laz").contains("matches no .las or .laz file"));
-    assert!(refused("empty").contains("a folder without .las or .laz files"));
-    assert!(refused("[").contains("malformed"));
-    assert!(expand(&[]).unwrap_err().to_string().contains("no argument"));
-}
-
-#[cfg(unix)]
-#[test]
-fn links_that_lead_back_do_not_make_a_pattern_endless() {
-    let folder = tempdir().unwrap();
-    for name in ["a", "b", "c", "d", "e", "f"] {
-        let inner = folder.path().join(name);
-        fs::create_dir(&inner).unwrap();
-        fs::write(inner.join("tile.laz"), "").unwrap();
-        for back in ["1", "2", "3"] {
-            std::os::unix::fs::symlink("..", inner.join(back)).unwrap();
-        }
-    }
-    let pattern = |tail: &str| folder.path().join(tail).display().to_string();
-    assert_eq!(expand(&[pattern("**/*.laz")]).unwrap().len(), 6);
-    assert_eq!(expand(&[pattern("**/tile.laz")]).unwrap().len(), 6);
-    assert_eq!(expand(&[pattern("a/**/t*.laz")]).unwrap(), [folder.path().join("a/tile.laz")]);
-    // A link before the first wildcard is meant.
-    assert_eq!(expand(&[pattern("a/1/b/**/*.laz")]).unwrap(), [folder.path().join("a/1/b/tile.laz")]);
-    assert!(expand(&[pattern("**/*.las")]).unwrap_err().to_string().contains("matches no .las or .laz file"));
-}
-
-#[test]
-fn copc_is_read_where_it_is_wanted() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("a.copc.laz");
-    let node = |x: f64, y: f64, n: u32| (0..n).map(|i| ([x + f64::from(i) * 0.01, y, 1.0], 6)).collect::<Vec<_>>();
-    let nodes = vec![
-        ([0, 0, 0, 0], node(10.0, 10.0, 30)),
-        ([1, 0, 0, 0], node(20.0, 20.0, 200)),
-        ([1, 1, 0, 0], node(70.0, 20.0, 300)),
-        ([1, 1, 1, 0], node(70.0, 70.0, 400)),
-    ];
-    fixture::write_copc(&path, &nodes);
-    let tile = Tile::open(&path).unwrap();
-    assert!(tile.is_copc);
-    assert_eq!(tile.points, 930);
-    let (all, _) = read(&tile);
-    assert_same(&all, &nodes.iter().flat_map(|(_, p)| p.clone()).collect::<Vec<_>>());
-
-    // Something at (80, 80): the root and the node that covers it, in the order of the file.
-    let wanted = |low: [f64; 2], high: [f64; 2]| low[0] <= 80.0 && 80.0 <= high[0] && low[1] <= 80.0 && 80.0 <= high[1];
-    let mut points = Vec::new();
-    let reading = tile.stream(Some(&wanted), &mut |block| points.extend(block.points())).unwrap();
-    assert_same(&points, &[nodes[0].1.clone(), nodes[3].1.clone()].concat());
-    assert_eq!((reading.expected, reading.read, reading.passed_over), (430, 430, 500));
-
-    // Cut within the last node: the hierarchy is lost and the chunk table too, but not the nodes before.
-    let bytes = fs::read(&path).unwrap();
-    let cut = bytes.len() - 128 - 125 - 60;
-    fs::write(&path, &bytes[..cut]).unwrap();
-    let tile = Tile::open(&path).unwrap();
-    assert!(!tile.is_copc);
-    let (points, reading) = read(&tile);
-    assert_same(&points, &nodes[..3].iter().flat_map(|(_, p)| p.clone()).collect::<Vec<_>>());
-    assert_eq!(reading.problems(&tile).len(), 1);
 }
 
 #[test]

@@ -1,10 +1,13 @@
-//! `NaN` and `Infinity`, which JSON does not have but Python writes.
+//! What files have that JSON has not: `NaN` and `Infinity`, which Python writes, and the record separators of RFC 8142.
 
 use std::io::{Read, Result};
 
+/// What stands before every text of a sequence (RFC 8142, section 2).
+pub(in super::super) const RECORD_SEPARATOR: u8 = 0x1E;
+
 /// Hands JSON on with `null` for every `NaN`, `Infinity` and `-Infinity` outside of strings, so that one number does
-/// not make a whole file unreadable.
-pub(super) struct NonFiniteAsNull<R> {
+/// not make a whole file unreadable, and with a blank for every record separator.
+pub(super) struct Strict<R> {
     inner: R,
     state: State,
     /// What was made of the bytes read so far, and how much of it was handed on.
@@ -23,7 +26,7 @@ enum State {
     InWord,
 }
 
-impl<R: Read> NonFiniteAsNull<R> {
+impl<R: Read> Strict<R> {
     pub(super) fn new(inner: R) -> Self {
         Self { inner, state: State::Outside, ready: Vec::new(), given: 0 }
     }
@@ -52,6 +55,11 @@ impl<R: Read> NonFiniteAsNull<R> {
                         self.state = State::AfterMinus;
                         return;
                     }
+                    RECORD_SEPARATOR => {
+                        self.state = State::Outside;
+                        self.ready.push(b' ');
+                        return;
+                    }
                     _ => State::Outside,
                 }
             }
@@ -60,7 +68,7 @@ impl<R: Read> NonFiniteAsNull<R> {
     }
 }
 
-impl<R: Read> Read for NonFiniteAsNull<R> {
+impl<R: Read> Read for Strict<R> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
         let mut chunk = [0; 8192];
         while self.given == self.ready.len() {
@@ -100,7 +108,10 @@ mod tests {
     fn only_words_outside_strings_are_replaced() {
         let json = br#"{"NaN":[NaN,-Infinity,Infinity,-1,-2e-3,null,true],"a\"N":"-Infinity \\","b":-NaN}"#;
         let mut text = String::new();
-        NonFiniteAsNull::new(Drip(json)).read_to_string(&mut text).unwrap();
+        Strict::new(Drip(json)).read_to_string(&mut text).unwrap();
         assert_eq!(text, r#"{"NaN":[null,null,null,-1,-2e-3,null,true],"a\"N":"-Infinity \\","b":null}"#);
+        let mut text = String::new();
+        Strict::new(Drip(b"\x1e{\"a\x1e\":1}\n\x1e2\n")).read_to_string(&mut text).unwrap();
+        assert_eq!(text, " {\"a\x1e\":1}\n 2\n", "a separator in a string is none");
     }
 }
