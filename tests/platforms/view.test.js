@@ -105,7 +105,12 @@ async function colours(page, places) {
       const canvas = new OffscreenCanvas(image.width, image.height);
       const context = canvas.getContext('2d');
       context.drawImage(image, 0, 0);
-      return places.map(([x, y]) => [...context.getImageData(Math.round(x), Math.round(y), 1, 1).data].slice(0, 3));
+      // The median of 5 by 5 pixels: an edge may run through the very place.
+      const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
+      return places.map(([x, y]) => {
+        const { data } = context.getImageData(Math.round(x) - 2, Math.round(y) - 2, 5, 5);
+        return [0, 1, 2].map((channel) => middle([...data].filter((_, i) => i % 4 === channel)));
+      });
     },
     png,
     places,
