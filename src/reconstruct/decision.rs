@@ -1,7 +1,7 @@
 //! Which field decides: the one that was asked for, or the vote where that one cannot be believed.
 
 use super::Partitioned;
-use super::occupancy::{HeightField, Occupancy, OccupancyError};
+use super::occupancy::{Occupancy, OccupancyError};
 
 /// A field that calls less than this share of the volume under the roofs that were seen inside is not believed: shapes
 /// that are no height field lack less, and a network that met nothing like this building in its training lacks more.
@@ -19,12 +19,9 @@ pub(super) struct Decision {
 }
 
 impl Decision {
-    /// What the vote says.
-    ///
-    /// # Errors
-    /// Never: the vote needs nothing that could fail. The error is that of every field.
-    pub fn vote(building: &Partitioned) -> Result<Self, OccupancyError> {
-        Ok(Self { occupancy: HeightField.occupancy(building)?, height_field: true, fallback: None })
+    /// What a height field says: the vote, or one of the caller's own.
+    pub fn by_height_field(field: &dyn Occupancy, building: &Partitioned) -> Result<Self, OccupancyError> {
+        Ok(Self { occupancy: field.occupancy(building)?, height_field: true, fallback: None })
     }
 
     /// Asks the field, and takes `vote` where the field cannot be believed.

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::decision::Decision;
-use super::occupancy::Occupancy;
+use super::occupancy::{HeightField, Occupancy};
 use super::{Detected, Failure, Parameters, Partitioned, Solution};
 use crate::building::{Reason, Revision};
 use crate::completeness::{Area, Completeness, Extents, Judge, Scan, tops};
@@ -35,11 +35,13 @@ pub(super) fn solve(
     field: &dyn Occupancy,
     solution: &mut Solution,
 ) -> Result<(), Failure> {
-    let is_vote = field.is_height_field();
-    let asks_last = site.footprint.is_some() && !is_vote;
+    let is_height_field = field.is_height_field();
+    let asks_last = site.footprint.is_some() && !is_height_field;
+    let vote: &dyn Occupancy = if is_height_field { field } else { &HeightField };
     let decide = |building: &Partitioned| {
-        let vote = Decision::vote(building).map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
-        Ok(if is_vote || asks_last { vote } else { Decision::new(field, building, vote) })
+        let vote = Decision::by_height_field(vote, building)
+            .map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
+        Ok(if is_height_field || asks_last { vote } else { Decision::new(field, building, vote) })
     };
     let mut building = Partitioned::with(site, &detected, parameters)?;
     solution.measure(&building);
@@ -68,7 +70,7 @@ pub(super) fn solve(
         let Ok(next_building) = Partitioned::with(site, &revised, parameters) else { break };
         let mut next = solution.clone();
         next.measure(&next_building);
-        let next_decision = decide(&next_building)?;
+        let Ok(next_decision) = decide(&next_building) else { break };
         if next.build(&next_building, &next_decision, parameters).is_err() {
             break;
         }
@@ -172,7 +174,6 @@ mod tests {
     use geo::polygon;
     use nalgebra::Point3;
 
-    use super::super::occupancy::HeightField;
     use super::super::reconstruct;
     use super::*;
     use crate::site::Frame;

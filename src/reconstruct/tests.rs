@@ -224,6 +224,28 @@ fn a_field_is_asked_only_where_the_vote_leaves_something_unexplained() {
 }
 
 #[test]
+fn a_height_field_of_ones_own_decides_in_place_of_the_vote() {
+    #[derive(Debug)]
+    struct Nothing;
+    impl Occupancy for Nothing {
+        fn occupancy(&self, building: &Partitioned) -> Result<Vec<f64>, occupancy::OccupancyError> {
+            Everywhere(0.0).occupancy(building)
+        }
+
+        fn probability(&self, _: &Partitioned, places: &[Point3<f64>]) -> Result<Vec<f64>, occupancy::OccupancyError> {
+            Ok(vec![0.0; places.len()])
+        }
+
+        fn is_height_field(&self) -> bool {
+            true
+        }
+    }
+    let building = reconstruct(&house_with_a_chimney(), &Parameters::default(), &Nothing);
+    assert_eq!(building.outcome.reason().map(|(reason, _)| reason), Some(Reason::NothingInside));
+    assert_eq!(building.measures.field_fallback, None);
+}
+
+#[test]
 fn the_vote_decides_where_the_field_denies_what_was_seen() {
     let house = house_with_a_chimney();
     let vote = reconstruct(&house, &Parameters::default(), &occupancy::HeightField);

@@ -2,12 +2,10 @@
 
 use super::counts::PointCounts;
 use super::options::{BuildingClasses, SegmentOptions};
-use crate::source::classes::class_name;
+use crate::source::classes::{OVERLAP, class_name};
 use crate::source::points::ScanPoint;
 use std::collections::BTreeMap;
 
-/// The class of points in the overlap of two strips, which says nothing of what they hit (LAS 1.4 R15, table 8).
-const OVERLAP: u8 = 12;
 /// Fewer points than this in a footprint are nothing to be told.
 const FEWEST: u64 = 10;
 

@@ -1,5 +1,8 @@
 //! The standard point classes of LAS.
 
+/// The class of points in the overlap of two strips, which says nothing of what they hit.
+pub const OVERLAP: u8 = 12;
+
 /// The name of a point class (ASPRS LAS 1.4 R15, table 17).
 pub fn class_name(class: u8) -> &'static str {
     match class {
@@ -15,7 +18,7 @@ pub fn class_name(class: u8) -> &'static str {
         9 => "water",
         10 => "rail",
         11 => "road surface",
-        12 => "overlap",
+        OVERLAP => "overlap",
         13 => "wire guard",
         14 => "wire conductor",
         15 => "transmission tower",

@@ -8,12 +8,10 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::run;
+use crate::source::classes::OVERLAP;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintLayer, FootprintOptions};
 use crate::source::points::{self, Tile, TileProblem, TileSummary};
-
-/// The class of points in the overlap of two strips.
-const OVERLAP: u8 = 12;
 
 /// What is in the files.
 #[derive(Debug, Default, Serialize)]
