@@ -63,6 +63,10 @@ pub enum GroundSource {
     GroundPoints,
     /// The lowest points inside the footprint, for want of ground points.
     LowestPoints,
+    /// The floor itself, which was scanned.
+    Floor,
+    /// Where the walls begin, from the points on them.
+    WallFeet,
     /// The bottom face of the axis-aligned bounding box, for want of both.
     BoundingBox,
 }

@@ -82,9 +82,9 @@ pub(super) fn of_model(measures: &Measures, area: Option<f64>) -> Option<f64> {
     let covered = measures.coverage.map_or(1.0, |coverage| coverage.share);
     let largest = faults.largest() / LARGEST_FAULT;
     let floor = match measures.ground.map(|ground| ground.source) {
-        Some(GroundSource::LowestPoints) => GUESSED_FLOOR[0],
+        Some(GroundSource::WallFeet | GroundSource::LowestPoints) => GUESSED_FLOOR[0],
         Some(GroundSource::BoundingBox) => GUESSED_FLOOR[1],
-        Some(GroundSource::GroundPoints) | None => 1.0,
+        Some(GroundSource::GroundPoints | GroundSource::Floor) | None => 1.0,
     };
     Some(floor * field * covered * (1.0 - share).max(0.0) * (1.0 - largest).max(0.0))
 }

@@ -1,10 +1,12 @@
 //! The planes that were found in the points of a building, before anything is concluded from them.
 
+use std::cmp::Reverse;
+
 use nalgebra::Point3;
 
 use super::hypotheses::WALL_VERTICALITY;
 use super::primitives::undersides::Tops;
-use super::primitives::{self, Primitive};
+use super::primitives::{self, Primitive, connected};
 use super::{Failure, Parameters};
 use crate::building::Reason;
 use crate::geometry::seed_of;
@@ -28,6 +30,8 @@ pub struct Detected {
     pub count: usize,
     /// How many of the roofs were added because a model had left their points unexplained.
     pub revised: usize,
+    /// Standard deviation of the points across the surfaces that they sample, metres.
+    pub noise: f64,
 }
 
 impl Detected {
@@ -44,8 +48,11 @@ impl Detected {
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let count = roofs.len() + walls.len();
+        let spacing = detection.density.max(1e-6).sqrt().recip();
+        roofs = roofs.into_iter().flat_map(|roof| connected::parts(&site.points, roof, spacing)).collect();
+        roofs.sort_by_key(|roof| Reverse(roof.inliers.len()));
         let (undersides, covered) = take_covered(&site.points, site.ground.height, &mut roofs, &walls);
-        Ok(Self { roofs, undersides, walls, covered, count, revised: 0 })
+        Ok(Self { roofs, undersides, walls, covered, count, revised: 0, noise: detection.noise })
     }
 }
 
@@ -58,16 +65,14 @@ fn take_covered(
     walls: &[Primitive],
 ) -> (Vec<Primitive>, Vec<bool>) {
     let tops = Tops::new(points, roofs);
-    let mut undersides = Vec::new();
-    let mut label = 0;
-    roofs.retain(|roof| {
-        let covered = tops.cover(roof, label);
-        label += 1;
-        if covered {
-            let low = roof.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR);
-            undersides.extend((!low).then(|| roof.clone()));
-        }
-        !covered
-    });
+    let covered: Vec<bool> = (0..).zip(&*roofs).map(|(label, roof)| tops.cover(roof, label)).collect();
+    let (below, above): (Vec<_>, Vec<_>) =
+        std::mem::take(roofs).into_iter().zip(covered).partition(|(_, covered)| *covered);
+    *roofs = above.into_iter().map(|(roof, _)| roof).collect();
+    let is_floor = |underside: &Primitive| {
+        underside.inliers.iter().filter_map(|&i| points.get(i as usize)).any(|p| p.z < ground + GROUND_FLOOR)
+    };
+    let undersides =
+        below.into_iter().map(|(underside, _)| underside).filter(|underside| !is_floor(underside)).collect();
     (undersides, walls.iter().map(|wall| tops.cover(wall, usize::MAX)).collect())
 }

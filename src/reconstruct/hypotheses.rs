@@ -1,7 +1,7 @@
 //! Hypotheses: the planes that cut the box of a building, detected or concluded, and what is known about them.
 
-use geo::{Contains, MultiPolygon};
-use nalgebra::{Point2, Point3, Unit, Vector3};
+use geo::{Contains, Distance, Euclidean, MinimumRotatedRect, MultiPoint, MultiPolygon, Polygon};
+use nalgebra::{Point2, Point3, Unit, Vector2, Vector3};
 
 use super::complex::{Complex, PlaneId};
 use super::primitives::enclosure;
@@ -10,7 +10,7 @@ use super::primitives::roof_map::RoofMap;
 use super::primitives::trace::{self, Trace};
 use super::primitives::walls::Walls;
 use super::primitives::{Extent, Primitive, PrimitiveKind};
-use super::{Detected, Failure, Parameters};
+use super::{Detected, Failure, Parameters, outline};
 use crate::building::Reason;
 use crate::geometry::{Aabb, Plane};
 use crate::site::Site;
@@ -19,6 +19,9 @@ use crate::site::Site;
 pub(super) const WALL_VERTICALITY: f64 = 0.9;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
 const SIDE_MARGIN: f64 = 1.0;
+/// Without a footprint the roof map ends where points do, give or take a pixel and the noise: so much farther, metres, the
+/// box reaches that what lies outside is mostly empty.
+const UNCERTAIN_SIDE: f64 = 2.0;
 /// The box reaches so far above the highest roof point, metres: no plane can shoot up further than that.
 const TOP_MARGIN: f64 = 0.4;
 /// Traces reach so far beyond their ends, metres, to meet the planes that they end at.
@@ -45,6 +48,10 @@ pub struct Hypotheses {
     pub map: RoofMap,
     /// The outline that the outer walls stand on; nowhere outside the footprint.
     pub footprint: Option<MultiPolygon<f64>>,
+    /// For want of a footprint the outline of the roofs, give or take a pixel of the map.
+    pub outline: Option<MultiPolygon<f64>>,
+    /// The walls that were scanned, for want of a footprint: which primitive each became, and the box of its points.
+    pub seen_walls: Vec<(usize, Aabb)>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
 }
@@ -63,7 +70,7 @@ impl Hypotheses {
         let (footprint, edges) = outer.map_or((None, Vec::new()), |walls| (Some(walls.outline), walls.traces));
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
-        let bounds = bounds(site, &roofs, footprint.as_ref())?;
+        let bounds = bounds(site, &roofs, footprint.as_ref(), detected.noise)?;
         let regions = map.extremes(roofs.len());
         for (roof, region) in roofs.iter_mut().zip(&regions) {
             reach(roof, region);
@@ -74,6 +81,8 @@ impl Hypotheses {
             shows_overhang: !detected.undersides.is_empty(),
             primitives: roofs,
             detected: detected.count,
+            outline: footprint.is_none().then(|| outline::of_map(&map)),
+            seen_walls: Vec::new(),
             map,
             footprint,
             bounds,
@@ -100,19 +109,32 @@ impl Hypotheses {
             min_length: parameters.step_length,
             ground: self.footprint.is_none().then_some(site.ground.height),
         };
-        let seen: Vec<Trace> = walls.iter().filter_map(|wall| wall_trace(wall, &site.points)).collect();
+        let (seen, seen_in): (Vec<Trace>, Vec<Aabb>) = walls
+            .iter()
+            .filter_map(|wall| {
+                let points = wall.inliers.iter().filter_map(|&i| site.points.get(i as usize));
+                Some((wall_trace(wall, &site.points)?, Aabb::of(points)?))
+            })
+            .unzip();
         let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { edges });
         if main.is_empty() {
-            main = roof_directions(&self.primitives[..self.roofs]);
+            main = roof_directions(&self.primitives[..self.roofs], self.roof_points(site));
         }
         let mut jumps = height_jumps::traces(&self.map, &self.primitives, &main, &options);
-        if edges.is_empty() {
-            jumps.extend(seen);
-        }
         // What a first model left unexplained stands between walls of its own: its outline need not be straight enough to
         // be traced.
         jumps.extend(revised.iter().flat_map(|region| enclosure::around(region, &main)));
-        trace::regularise(&mut jumps, edges, SAME_LINE);
+        // Without a footprint a wall that was scanned is known better than the border of the roofs over it, which is raster
+        // and noise.
+        if edges.is_empty() {
+            let same_line = SAME_LINE.max(self.map.pixel() + 3.0 * detected.noise);
+            trace::regularise(&mut jumps, &seen, same_line);
+            let first = self.primitives.len() + edges.len() + jumps.len();
+            self.seen_walls = (first..).zip(seen_in).collect();
+            jumps.extend(seen);
+        } else {
+            trace::regularise(&mut jumps, edges, SAME_LINE);
+        }
         let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
         self.primitives.extend(edges.iter().map(|edge| edge.primitive(heights, TRACE_MARGIN)));
         self.primitives.extend(jumps.iter().map(|jump| jump.primitive(heights, JUMP_MARGIN)));
@@ -130,9 +152,24 @@ impl Hypotheses {
         }
     }
 
-    /// Whether a point of the plan is in the footprint; everywhere without one.
+    /// Whether a point of the plan is in the footprint; without one, whether it is inside the outline of the roofs or
+    /// near it, holes filled: over all that is built there is a roof, and beyond the last that was seen is none.
     pub fn covers(&self, p: &Point2<f64>) -> bool {
-        self.footprint.as_ref().is_none_or(|footprint| footprint.contains(&geo::Point::new(p.x, p.y)))
+        let p = geo::Point::new(p.x, p.y);
+        let near = |outline: &MultiPolygon<f64>| {
+            let exteriors = outline.iter().map(|part| Polygon::new(part.exterior().clone(), Vec::new()));
+            let reach = 2.0 * self.map.pixel();
+            exteriors.into_iter().any(|part| part.contains(&p) || Euclidean.distance(&part, &p) <= reach)
+        };
+        match (&self.footprint, &self.outline) {
+            (Some(footprint), _) => footprint.contains(&p),
+            (None, outline) => outline.as_ref().is_none_or(near),
+        }
+    }
+
+    /// The planes that the scanned walls became in a complex, each with the box in which it was seen.
+    pub fn seen_walls<'a>(&'a self, complex: &'a Complex) -> impl Iterator<Item = (PlaneId, Aabb)> + 'a {
+        self.seen_walls.iter().filter_map(|(wall, seen)| Some((complex.primitive_planes.get(*wall)?.plane, *seen)))
     }
 
     /// The planes that the undersides became in a complex, each with the box in which it was seen.
@@ -176,16 +213,22 @@ fn flat_roof(points: &[Point3<f64>]) -> Result<Primitive, Failure> {
 }
 
 /// The box to cut: the footprint (or the points) with a margin, from the ground to just above the roofs.
-fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>>) -> Result<Aabb, Failure> {
+fn bounds(
+    site: &Site,
+    roofs: &[Primitive],
+    footprint: Option<&MultiPolygon<f64>>,
+    noise: f64,
+) -> Result<Aabb, Failure> {
     let seen = roofs.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize));
     let mut bounds = Aabb::of(seen).ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane has points"))?;
     if let Some(rect) = footprint.and_then(geo::BoundingRect::bounding_rect) {
         (bounds.min[0], bounds.min[1]) = rect.min().x_y();
         (bounds.max[0], bounds.max[1]) = rect.max().x_y();
     }
+    let margin = SIDE_MARGIN + if footprint.is_none() { UNCERTAIN_SIDE + 3.0 * noise } else { 0.0 };
     for axis in 0..2 {
-        bounds.min[axis] -= SIDE_MARGIN;
-        bounds.max[axis] += SIDE_MARGIN;
+        bounds.min[axis] -= margin;
+        bounds.max[axis] += margin;
     }
     bounds.max[2] += TOP_MARGIN;
     bounds.min[2] = site.ground.height;
@@ -200,8 +243,7 @@ fn bounds(site: &Site, roofs: &[Primitive], footprint: Option<&MultiPolygon<f64>
 /// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing; `region`
 /// holds corners of the convex hull of that.
 fn reach(roof: &mut Primitive, region: &[Point2<f64>]) {
-    let hull =
-        geo::ConvexHull::convex_hull(&region.iter().map(|p| geo::Point::new(p.x, p.y)).collect::<geo::MultiPoint>());
+    let hull = geo::ConvexHull::convex_hull(&region.iter().map(|p| geo::Point::new(p.x, p.y)).collect::<MultiPoint>());
     let corners: Vec<Point3<f64>> = hull
         .exterior()
         .coords()
@@ -233,9 +275,17 @@ fn wall_trace(wall: &Primitive, points: &[Point3<f64>]) -> Option<Trace> {
     (from < to).then_some(trace)
 }
 
-/// Main directions for want of walls: those in which the roofs descend, else the axes.
-fn roof_directions(roofs: &[Primitive]) -> Vec<nalgebra::Vector2<f64>> {
+/// Main directions for want of walls: those in which the roofs descend, else those of the smallest rectangle around their
+/// `points`.
+fn roof_directions<'a>(roofs: &[Primitive], points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Vector2<f64>> {
     let descent = roofs.iter().find_map(|roof| Unit::try_new(roof.plane.normal.xy(), 0.05));
-    let along = descent.map_or_else(nalgebra::Vector2::x, Unit::into_inner);
-    vec![along, nalgebra::Vector2::new(-along.y, along.x)]
+    let side = || {
+        let plan: MultiPoint<f64> = points.map(|p| (p.x, p.y)).collect();
+        let rectangle = plan.minimum_rotated_rect()?;
+        let corners: Vec<_> = rectangle.exterior().coords().take(2).collect();
+        let [a, b] = corners[..] else { return None };
+        Unit::try_new(Vector2::new(b.x - a.x, b.y - a.y), 1e-6)
+    };
+    let along = descent.or_else(side).map_or_else(Vector2::x, Unit::into_inner);
+    vec![along, Vector2::new(-along.y, along.x)]
 }

@@ -10,6 +10,7 @@ pub(crate) mod confidence;
 mod decision;
 mod detected;
 mod fit;
+mod floor;
 mod footprint;
 mod hypotheses;
 pub mod labelling;
@@ -61,6 +62,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
+    let site = &*floor::found(site, parameters, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
     let Attempt { mut measures, outline, result, roof_points, fit } = match stands {
         Ok(()) => {
@@ -269,7 +271,7 @@ impl Solution {
     fn measure(&mut self, building: &Partitioned) {
         let Partitioned { site, hypotheses, complex, .. } = building;
         if site.footprint.is_none() {
-            self.outline = Some(outline::of_map(&hypotheses.map));
+            self.outline.clone_from(&hypotheses.outline);
         }
         let measures = &mut self.measures;
         measures.primitives = hypotheses.detected;
@@ -338,9 +340,10 @@ pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, para
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
-/// plane, undersides where they were seen, and walls on the footprint's outline.
+/// plane, undersides and, without a footprint, walls where they were scanned, and walls on the footprint's outline.
 fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
     let undersides: Vec<(complex::PlaneId, Aabb)> = hypotheses.undersides(complex).collect();
+    let walls: Vec<(complex::PlaneId, Aabb)> = hypotheses.seen_walls(complex).collect();
     let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
     (0u32..)
         .zip(&complex.facets)
@@ -353,6 +356,11 @@ fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[O
             let count = corners.len().max(1) as f64;
             let centre = corners.fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords) / count;
             let within = |seen: &Aabb| (0..2).all(|i| seen.min[i] <= centre[i] && centre[i] <= seen.max[i]);
+            // The box of a wall along an axis has no width.
+            let along = |seen: &Aabb| (0..3).all(|i| seen.min[i] - 0.1 <= centre[i] && centre[i] <= seen.max[i] + 0.1);
+            if walls.iter().any(|(plane, seen)| *plane == facet.plane && along(seen)) {
+                return 1.0;
+            }
             if undersides.iter().any(|(plane, seen)| *plane == facet.plane && within(seen)) {
                 return 1.0;
             }

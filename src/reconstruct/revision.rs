@@ -133,7 +133,15 @@ mod tests {
     }
 
     fn detected(roofs: Vec<Primitive>) -> Detected {
-        Detected { count: roofs.len(), roofs, undersides: vec![], walls: vec![], covered: vec![], revised: 0 }
+        Detected {
+            count: roofs.len(),
+            roofs,
+            undersides: vec![],
+            walls: vec![],
+            covered: vec![],
+            revised: 0,
+            noise: 0.02,
+        }
     }
 
     #[test]

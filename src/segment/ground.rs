@@ -58,7 +58,7 @@ pub(super) fn estimate(
 pub(super) fn guess(site: &Site) -> Option<String> {
     let from = match site.ground.source {
         _ if site.points.is_empty() => return None,
-        GroundSource::GroundPoints => return None,
+        GroundSource::GroundPoints | GroundSource::Floor | GroundSource::WallFeet => return None,
         GroundSource::LowestPoints => "the lowest points in and around it",
         GroundSource::BoundingBox => "its lowest point",
     };

@@ -17,6 +17,7 @@
 
 mod build;
 mod check;
+mod cutter;
 mod exact;
 mod measure;
 mod order;
@@ -32,6 +33,7 @@ use nalgebra::Point3;
 
 pub use build::{ComplexError, MAX_CELLS};
 pub use check::Fault;
+pub use cutter::Cutter;
 pub use order::insertion_order;
 pub use plane::REACH;
 

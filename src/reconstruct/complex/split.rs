@@ -68,6 +68,22 @@ impl Partition {
         partition
     }
 
+    /// A complex that is cut further, cell by cell: what its tree was is not known any more.
+    pub(super) fn reopened(complex: Complex) -> Self {
+        let planes = complex.planes.iter().zip(0..);
+        let vertices = complex.vertices.iter().zip(0..);
+        Self {
+            tree: Tree::new(0),
+            float_planes: complex.planes.iter().map(IntegerPlane::to_plane).collect(),
+            plane_ids: planes.map(|(plane, id)| (*plane, id)).collect(),
+            vertex_ids: vertices.map(|(vertex, id)| (vertex.homogeneous, id)).collect(),
+            sides: vec![(PlaneId::MAX, Ordering::Equal); complex.vertices.len()],
+            cuts: HashMap::new(),
+            rim: vec![(VertexId::MAX, PlaneId::MAX); complex.vertices.len()],
+            complex,
+        }
+    }
+
     /// The id of a plane, new or known.
     pub(super) fn plane_id(&mut self, plane: IntegerPlane) -> PlaneId {
         *self.plane_ids.entry(plane).or_insert_with(|| {

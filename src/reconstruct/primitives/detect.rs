@@ -4,16 +4,18 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use super::cloud::{Cloud, Thinned};
 use super::moments::Moments;
+use super::moving_least_squares::Carried;
 use super::neighbours::Neighbours;
 use super::normals::LocalPlanes;
 use super::parameters::{DetectionParameters, Detector};
 use super::refine::{Patch, refine_patches};
 use super::segmentation::{NONE, Segmentation, Tolerances};
-use super::{Primitive, ransac, region_growing};
+use super::{Primitive, noisy, ransac, region_growing};
+use crate::geometry::Plane;
 use crate::reconstruct::Parameters;
 
 /// Neighbourhoods never grow beyond this.
-const MOST_NEIGHBOURS: usize = 128;
+const MOST_NEIGHBOURS: usize = 64;
 
 /// What was detected in the points of a building.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,22 +46,51 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
         Some(thinned) => thinned.keepers.iter().map(|&i| cloud.points[i as usize]).collect(),
         None => cloud.points.clone(),
     };
-    let (neighbours, local) = local_planes(&sample, parameters);
-    let density = neighbours.density();
-    let tolerances = Tolerances::new(parameters, local.noise, density, neighbours.width());
-    let found = match parameters.detector {
-        Detector::RegionGrowing => region_growing::segment(&sample, &neighbours, &local, &tolerances),
-        Detector::Ransac => ransac::segment(&sample, &neighbours, &local, &tolerances, parameters.probability, seed),
-    };
-    let mut segmentation = refined(&sample, &found, parameters, local.noise);
+    let (neighbours, local, is_clear) = local_planes(&sample, parameters);
+    if !is_clear && let Some(carried) = Carried::new(&cloud.points) {
+        return noisy::detect(points, &cloud, &carried, parameters, seed);
+    }
+    let tolerances = Tolerances::new(parameters, local.noise, neighbours.density(), neighbours.width());
+    let mut segmentation = found(&sample, &neighbours, &local, &tolerances, parameters, seed);
+    segmentation = refined(&sample, &segmentation, parameters, local.noise);
     // Planes have moved a little: let the points near borders choose again.
     segmentation.settle_borders(&sample, &neighbours, &tolerances);
     let labels = match &thinned {
         Some(thinned) => spread(&cloud, thinned, &segmentation, &neighbours, &tolerances),
         None => segmentation.labels,
     };
+    let primitives = primitives(points, &cloud, &labels, &segmentation.planes, parameters);
+    let normal_of = |i: usize| {
+        let slot = thinned.as_ref().map_or(i, |thinned| thinned.representative[i] as usize);
+        local.planes[slot].normal
+    };
+    Detection::new(points, &cloud, primitives, normal_of, local.noise, neighbours.density())
+}
 
-    let mut members = vec![Vec::new(); segmentation.planes.len()];
+/// What the detector finds.
+pub(super) fn found(
+    sample: &[Point3<f64>],
+    neighbours: &Neighbours,
+    local: &LocalPlanes,
+    tolerances: &Tolerances,
+    parameters: &DetectionParameters,
+    seed: u64,
+) -> Segmentation {
+    match parameters.detector {
+        Detector::RegionGrowing => region_growing::segment(sample, neighbours, local, tolerances),
+        Detector::Ransac => ransac::segment(sample, neighbours, local, tolerances, parameters.probability, seed),
+    }
+}
+
+/// The primitives of labelled points of a cloud, largest first.
+pub(super) fn primitives(
+    points: &[Point3<f64>],
+    cloud: &Cloud,
+    labels: &[u32],
+    planes: &[Plane],
+    parameters: &DetectionParameters,
+) -> Vec<Primitive> {
+    let mut members = vec![Vec::new(); planes.len()];
     for (i, &label) in labels.iter().enumerate() {
         if let Some(members) = members.get_mut(label as usize) {
             members.extend_from_slice(cloud.originals(i));
@@ -67,7 +98,7 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
     }
     let mut primitives: Vec<Primitive> = members
         .into_iter()
-        .zip(&segmentation.planes)
+        .zip(planes)
         .filter(|(members, _)| members.len() >= parameters.minimum_inliers.max(3))
         .filter_map(|(members, plane)| Primitive::on_plane(*plane, points, members))
         .collect();
@@ -75,20 +106,36 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
         let height = |p: &Primitive| p.plane.offset;
         b.inliers.len().cmp(&a.inliers.len()).then(height(a).total_cmp(&height(b)))
     });
-
-    let mut is_free = vec![true; points.len()];
-    primitives.iter().flat_map(|p| &p.inliers).for_each(|&i| is_free[i as usize] = false);
-    let unassigned = (0u32..).zip(is_free).filter_map(|(i, free)| free.then_some(i)).collect();
-    let mut normals = vec![Vector3::z_axis(); points.len()];
-    for i in 0..cloud.points.len() {
-        let slot = thinned.as_ref().map_or(i, |thinned| thinned.representative[i] as usize);
-        cloud.originals(i).iter().for_each(|&original| normals[original as usize] = local.planes[slot].normal);
-    }
-    Detection { primitives, normals, noise: local.noise, density, unassigned }
+    primitives
 }
 
-/// Neighbours and local planes, from as many neighbours as the noise asks for.
-fn local_planes(points: &[Point3<f64>], parameters: &DetectionParameters) -> (Neighbours, LocalPlanes) {
+impl Detection {
+    /// With the normals that `normal_of` gives for the points of the cloud.
+    pub(super) fn new(
+        points: &[Point3<f64>],
+        cloud: &Cloud,
+        primitives: Vec<Primitive>,
+        normal_of: impl Fn(usize) -> Unit<Vector3<f64>>,
+        noise: f64,
+        density: f64,
+    ) -> Self {
+        let mut is_free = vec![true; points.len()];
+        primitives.iter().flat_map(|p| &p.inliers).for_each(|&i| is_free[i as usize] = false);
+        let unassigned = (0u32..).zip(is_free).filter_map(|(i, free)| free.then_some(i)).collect();
+        let mut normals = vec![Vector3::z_axis(); points.len()];
+        for i in 0..cloud.points.len() {
+            let normal = normal_of(i);
+            cloud.originals(i).iter().for_each(|&original| normals[original as usize] = normal);
+        }
+        Self { primitives, normals, noise, density, unassigned }
+    }
+}
+
+/// Neighbours and local planes, from as many neighbours as the noise asks for, and whether they were enough of them.
+pub(super) fn local_planes(
+    points: &[Point3<f64>],
+    parameters: &DetectionParameters,
+) -> (Neighbours, LocalPlanes, bool) {
     /// Largest standard error of a slope that still tells a roof from its neighbour, radians (6°).
     const SLOPE_ERROR: f64 = 0.1;
     /// Largest noise, relative to the spread of a neighbourhood, at which principal components tell them apart: where
@@ -101,14 +148,19 @@ fn local_planes(points: &[Point3<f64>], parameters: &DetectionParameters) -> (Ne
         let (slope_error, spread) = local.quality(&neighbours);
         let enough = slope_error <= SLOPE_ERROR && local.noise <= NOISE_TO_SPREAD * spread;
         if enough || k >= MOST_NEIGHBOURS || neighbours.width() < k {
-            return (neighbours, local);
+            return (neighbours, local, enough);
         }
         k = (k * 8 / 5).min(MOST_NEIGHBOURS);
     }
 }
 
 /// The segmentation after Algorithm 1 and regularisation.
-fn refined(points: &[Point3<f64>], found: &Segmentation, parameters: &DetectionParameters, noise: f64) -> Segmentation {
+pub(super) fn refined(
+    points: &[Point3<f64>],
+    found: &Segmentation,
+    parameters: &DetectionParameters,
+    noise: f64,
+) -> Segmentation {
     let mut refined = Segmentation::empty(points.len());
     let Some(&anchor) = points.first() else { return refined };
     let patches: Vec<Patch> = found

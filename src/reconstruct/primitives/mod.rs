@@ -9,13 +9,16 @@
 //! clouds from image matching alike.
 
 mod cloud;
+pub mod connected;
 mod detect;
 pub mod enclosure;
 pub mod footprint_edges;
 pub mod height_jumps;
 mod hull;
 mod moments;
+mod moving_least_squares;
 pub mod neighbours;
+mod noisy;
 mod normals;
 mod octree;
 mod parameters;

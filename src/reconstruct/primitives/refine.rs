@@ -13,6 +13,8 @@ use super::parameters::DetectionParameters;
 use super::{Primitive, PrimitiveKind, regularise};
 use crate::geometry::{Aabb, Plane};
 
+/// Planes with more verticality than this are walls (paper, section 3.2).
+const WALL_VERTICALITY: f64 = 0.9;
 /// Largest angle between planes that the uncertainty of their normals can excuse, radians.
 const MOST_ANGLE: f64 = 0.5;
 
@@ -164,7 +166,10 @@ fn try_merge(a: &Patch, b: &Patch, parameters: &DetectionParameters, noise: f64)
     let normal = a.plane.normal.into_inner() * weight_a + b.plane.normal.into_inner() * (sign * weight_b);
     let apart = between.dot(&normal.normalize()).abs();
     let tilt = (weight_a + weight_b).sqrt().recip();
-    let slack = parameters.merge_tolerance.max(0.0);
+    // Roofs sag and are tiled; walls that stand at an angle are two, however small it is.
+    let stand = [a, b].iter().all(|patch| patch.plane.verticality() > WALL_VERTICALITY);
+    let most = if stand { 2.0 * noise } else { f64::INFINITY };
+    let slack = parameters.merge_tolerance.clamp(0.0, most);
     // A normal that is off by twice its standard error moves a plane by so much at the other patch.
     if apart > (3.0 * noise).max(2.0 * slack) + 2.0 * tilt * between.norm() {
         return None;

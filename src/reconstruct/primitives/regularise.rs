@@ -44,10 +44,12 @@ fn upright(patch: &mut Patch, angle: f64, slack: f64, noise: f64) {
     }
 }
 
-/// Gives a patch the plane through its mean with this normal, if its points allow it.
+/// Gives a patch the plane through its mean with this normal, if that leaves no point by more than `slack` metres, up to
+/// what the noise makes of its own plane.
 fn adopt(patch: &mut Patch, normal: Unit<Vector3<f64>>, slack: f64, noise: f64) -> bool {
     let plane = Plane::through(&patch.moments.mean(), normal);
-    let bears = patch.bears(&plane, slack, noise);
+    // A plane that turns about its middle goes off most at its ends: √3 times the root mean square.
+    let bears = patch.bears(&plane, slack / 3f64.sqrt(), noise);
     if bears {
         patch.plane = plane;
     }

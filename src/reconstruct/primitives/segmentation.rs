@@ -187,6 +187,14 @@ impl Segmentation {
         }
     }
 
+    /// The planes refitted to their points; a plane whose points bear none stays as it is.
+    pub fn refitted(&self, points: &[Point3<f64>]) -> Vec<Plane> {
+        let Some(&anchor) = points.first() else { return self.planes.clone() };
+        let fit = |members: Vec<u32>| Moments::of(anchor, points, &members).fit();
+        let members = self.members().into_iter().zip(&self.planes);
+        members.map(|(members, plane)| fit(members).map_or(*plane, |fit| fit.plane)).collect()
+    }
+
     /// Dissolves segments that explain nothing: whose points the planes around them explain as well, up to the noise.
     /// Such are the strips of points with mixed normals along ridges. The smallest go first.
     pub fn dissolve_redundant(&mut self, points: &[Point3<f64>], neighbours: &Neighbours, tolerances: &Tolerances) {

@@ -310,3 +310,76 @@ proptest! {
         prop_assert!(found.primitives.is_sorted_by_key(|p| std::cmp::Reverse(p.inliers.len())));
     }
 }
+
+/// Points on all sides of a box of this size, with the same noise along every axis.
+fn box_all_round(size: [f64; 3], count: usize, sigma: f64, seed: u64) -> Vec<Point3<f64>> {
+    let mut random = Random::new(seed);
+    let [a, b, c] = size;
+    let areas = [a * b, a * c, b * c];
+    let whole: f64 = areas.iter().sum();
+    (0..count)
+        .map(|_| {
+            let mut place = random.unit() * whole;
+            let axis = 2 - areas
+                .iter()
+                .take(2)
+                .take_while(|area| {
+                    let over = place > **area;
+                    if over {
+                        place -= **area;
+                    }
+                    over
+                })
+                .count();
+            let side = if random.unit() < 0.5 { 0.0 } else { 1.0 };
+            let at: [f64; 3] = std::array::from_fn(|i| size[i] * if i == axis { side } else { random.unit() });
+            let mut noise = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
+            Point3::from(at) + Vector3::new(noise(), noise(), noise()) * sigma
+        })
+        .collect()
+}
+
+#[test]
+fn a_scan_from_all_round_shows_its_six_planes_through_any_noise() {
+    for sigma in [0.0, 0.02, 0.1, 0.3, 0.6] {
+        for seed in 0..3 {
+            let points = box_all_round([14.0, 10.0, 8.0], 15_000, sigma, seed);
+            let found = detect(&points, &Parameters::default(), seed);
+            assert!((found.noise - sigma).abs() < 0.25 * sigma + 0.02, "noise {} of {sigma}", found.noise);
+            for (axis, size) in [14.0, 10.0, 8.0].into_iter().enumerate() {
+                for side in [0.0, size] {
+                    let mut middle = [7.0, 5.0, 4.0];
+                    middle[axis] = side;
+                    let near = found.primitives.iter().filter(|p| {
+                        p.plane.normal[axis].abs() > 0.99
+                            && p.plane.distance(&Point3::from(middle)).abs() < 0.01 + 0.3 * sigma
+                    });
+                    assert_eq!(near.count(), 1, "σ {sigma}, seed {seed}, axis {axis} at {side}");
+                }
+            }
+            // What the noise adds is small.
+            let rest: usize = found.primitives.iter().skip(6).map(|p| p.inliers.len()).sum();
+            assert!(rest * 20 < points.len(), "σ {sigma}, seed {seed}: {rest} points on other planes");
+        }
+    }
+}
+
+#[test]
+fn walls_that_stand_at_a_small_angle_stay_two() {
+    // 7° between two walls of 5 m, the planes through their corner.
+    let turn = 7f64.to_radians().tan();
+    let mut random = Random::new(4);
+    let points: Vec<Point3<f64>> = (0..3000)
+        .map(|_| {
+            let (x, z) = (10.0 * random.unit(), 6.0 * random.unit());
+            let y = if x < 5.0 { 0.0 } else { (x - 5.0) * turn };
+            Point3::new(x, y + 0.02 * (random.unit() - 0.5), z)
+        })
+        .collect();
+    let found = detect(&points, &Parameters::default(), 0);
+    assert_eq!(found.primitives.len(), 2);
+    for primitive in &found.primitives {
+        let most = primitive.inliers.iter().map(|&i| primitive.plane.distance(&points[i as usize]).abs());
+        assert!(most.fold(0.0, f64::max) < 0.04);
+    }
+}

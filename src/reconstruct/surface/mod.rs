@@ -5,8 +5,8 @@
 //! 1. slivers between planes that nearly coincide, and cells that only make a feature below the minimum size, are
 //!    relabelled (`features`);
 //! 2. the inside falls into components that hang together through facets: each becomes a shell of its own, so parts
-//!    may touch along edges and at vertices; where a component touches itself in that way, cells are relabelled until
-//!    its boundary is a 2-manifold (`repair`);
+//!    may touch along edges and at vertices; where a component touches itself in that way, a wedge joins it (`wedge`) or
+//!    cells are relabelled until its boundary is a 2-manifold (`repair`);
 //! 3. the boundary facets, oriented from inside to outside by construction, are cut at every vertex on their edges, so
 //!    that there are no T-junctions (`boundary`);
 //! 4. coplanar facets are merged into polygons with holes and vertices that are no corner are dropped (`polygons`);
@@ -25,6 +25,7 @@ mod polygons;
 mod quantise;
 mod repair;
 mod unfold;
+mod wedge;
 
 use serde::{Deserialize, Serialize};
 
@@ -79,7 +80,7 @@ pub struct Extraction {
     /// The shells, in the order of the lowest cell of their component. They touch at most along edges and at
     /// vertices.
     pub shells: Vec<Shell>,
-    /// The labels that the shells bound, after all relabelling.
+    /// The labels that the shells bound, after all relabelling, but for the wedges.
     pub inside: Vec<bool>,
     /// How many slivers between planes that nearly coincide were relabelled.
     pub slivers: usize,
@@ -87,6 +88,8 @@ pub struct Extraction {
     pub features: usize,
     /// How many cells were relabelled to make the shells manifold.
     pub repairs: usize,
+    /// How many wedges were put where the inside touches itself along an upright edge.
+    pub wedges: usize,
 }
 
 /// Why there is no surface.
@@ -132,15 +135,33 @@ pub fn extract(
     let slivers = features::absorb_slivers(labelled, &mut inside);
     let features = features::remove(labelled, &mut inside, parameters.minimum_feature);
 
+    fill_cavities(complex, &mut inside);
+    if let Some(wedged) = wedge::wedged(labelled, &inside)? {
+        let (shells, relabelled, repairs) = shells(&wedged.labelled(), wedged.inside.clone(), step)?;
+        // What there was before the wedges is told as it was, but for what was relabelled since.
+        let kept = wedged.inside.iter().zip(&relabelled).zip(&mut inside);
+        kept.for_each(|((before, after), label)| *label = if before == after { *label } else { *after });
+        return Ok(Extraction { shells, inside, slivers, features, repairs, wedges: wedged.wedges });
+    }
+    let (shells, inside, repairs) = shells(labelled, inside, step)?;
+    Ok(Extraction { shells, inside, slivers, features, repairs, wedges: 0 })
+}
+
+/// The shells of the cells `inside`, after what was relabelled to make them manifold, and how many cells that were.
+fn shells(
+    labelled: &Labelled,
+    mut inside: Vec<bool>,
+    step: [f64; 3],
+) -> Result<(Vec<Shell>, Vec<bool>, usize), SurfaceError> {
     let before = inside.clone();
     let boundaries = manifold(labelled, &mut inside)?;
     let repairs = before.iter().zip(&inside).filter(|(a, b)| a != b).count();
-
+    let complex = labelled.complex;
     let mut shells = Vec::new();
     for boundary in &boundaries {
         shells.extend(quantise::quantise(complex, &polygons::merge(complex, boundary), step));
     }
-    Ok(Extraction { shells, inside, slivers, features, repairs })
+    Ok((shells, inside, repairs))
 }
 
 /// Relabels cells until the boundary of each component is a 2-manifold. Every round but the last relabels a cell that

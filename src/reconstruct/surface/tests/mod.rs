@@ -1,4 +1,5 @@
 mod planes;
+mod wedges;
 
 use proptest::prelude::*;
 
