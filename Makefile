@@ -56,7 +56,7 @@ bench: setup
 	cargo bench --locked
 
 # Curves in docs/plots. What was measured before is not measured again; FRESH=--fresh does.
-BUILDINGS := 4
+BUILDINGS := 12
 plots: setup
 	cargo build --release --locked
 	$$(sh scripts/setup-plots.sh) scripts/plots.py --buildings $(BUILDINGS) $(FRESH)
