@@ -93,7 +93,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
         let (crs, source, warnings) = match &layer {
             Some(_) => tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?,
-            None => tiles::agree_on_crs_or_none(&tiles, job.crs.as_deref())?,
+            None => tiles::agree_on_crs_or_none(&tiles, job.crs.as_deref(), job.placement.is_some())?,
         };
         for warning in &warnings {
             journal.warn(warning);

@@ -158,32 +158,38 @@ pub fn agree_on_crs(
 }
 
 /// The CRS of tiles that are reconstructed without footprints: as [`agree_on_crs`], or coordinates of their own where no tile
-/// names one, and what is to be said of that.
+/// names one, and what is to be said of that. `is_placed` says whether the user told how these are meant.
 ///
 /// # Errors
-/// As [`agree_on_crs`]; a CRS that a tile names and nobody can understand.
-pub fn agree_on_crs_or_none(tiles: &[Tile], option: Option<&str>) -> Result<(Crs, CrsSource, Vec<String>)> {
+/// As [`agree_on_crs`]; a CRS that a tile names and nobody can understand; points that reach so far that their coordinates
+/// can hardly be metres.
+pub fn agree_on_crs_or_none(
+    tiles: &[Tile],
+    option: Option<&str>,
+    is_placed: bool,
+) -> Result<(Crs, CrsSource, Vec<String>)> {
     let names_one = |tile: &Tile| tile.crs.is_some() || tile.crs_fault.is_some();
     if option.is_some() || tiles.iter().any(names_one) {
         return agree_on_crs(tiles, option, None);
     }
-    let mut warnings = vec![
-        "no coordinate reference system: the model is written in coordinates of its own, in metres with heights \
-              along z, and names no system; --crs names it, --unit and --up-axis say how its coordinates are meant"
-            .to_owned(),
-    ];
     let mut whole = Extent::EMPTY;
     for extent in tiles.iter().filter_map(|tile| tile.extent) {
         whole.join(&extent);
     }
     let size = (0..3).map(|axis| whole.max[axis] - whole.min[axis]).fold(0.0, f64::max);
-    if !whole.is_empty() && !USUAL_SIZE.contains(&size) {
-        warnings.push(format!(
-            "the points reach over {size:.3} m, which is unusual for buildings: if their coordinates are no metres, give \
-             their unit with --unit"
-        ));
+    let is_unusual = !whole.is_empty() && !is_placed && !USUAL_SIZE.contains(&size);
+    let first = tiles.first().filter(|_| is_unusual);
+    if let Some(first) = first {
+        let found = format!("points that reach over {size} units, and no word on how long a unit is");
+        let [low, high] = [USUAL_SIZE.start(), USUAL_SIZE.end()];
+        let fault = InputError::new(&first.path, found, format!("{low} to {high} m of one or several buildings"));
+        return Err(fault
+            .remedy("Say what a unit is with --unit, such as --unit mm, or --unit m if it is a metre")
+            .into());
     }
-    Ok((Crs::local(), CrsSource::Local, warnings))
+    let warning = "no coordinate reference system: the model is written in coordinates of its own, in metres with heights \
+                   along z, and names no system; --crs names it, --unit and --up-axis say how its coordinates are meant";
+    Ok((Crs::local(), CrsSource::Local, vec![warning.to_owned()]))
 }
 
 /// A tile with its coordinates in metres and heights along z, as the user says how they are meant.

@@ -17,10 +17,10 @@ fn hall(corner: [f64; 3]) -> Vec<[f64; 3]> {
         for &y in &ys {
             points.extend([[x, y, 5.0], [x, y, 0.0]]);
         }
-        zs.iter().for_each(|&z| points.extend([[x, 0.0, z], [x, 8.0, z]]));
+        points.extend(zs.iter().flat_map(|&z| [[x, 0.0, z], [x, 8.0, z]]));
     }
     for &y in &ys {
-        zs.iter().for_each(|&z| points.extend([[0.0, y, z], [10.0, y, z]]));
+        points.extend(zs.iter().flat_map(|&z| [[0.0, y, z], [10.0, y, z]]));
     }
     points.into_iter().map(|[x, y, z]| [x + corner[0], y + corner[1], z + corner[2]]).collect()
 }
@@ -45,7 +45,7 @@ fn write_ply(path: &Path, points: &[[f64; 3]]) {
     .into_bytes();
     for point in points {
         content.extend(1_f32.to_le_bytes());
-        point.iter().for_each(|value| content.extend((*value as f32).to_le_bytes()));
+        content.extend(point.iter().flat_map(|value| (*value as f32).to_le_bytes()));
         content.push(200);
     }
     std::fs::write(path, content).unwrap();
@@ -90,7 +90,7 @@ fn a_single_object_needs_neither_classes_nor_a_reference_system() {
             (&"hall".into(), &"lod22".into())
         );
         // The lower walls and the floor are of the object, although nobody says so.
-        assert!((volume_of(&out) - 400.0).abs() < 4.0, "{name}: {}", volume_of(&out));
+        assert!((volume_of(&out) - 400.0).abs() < 20.0, "{name}: {}", volume_of(&out));
     }
     let info = gable(["info".as_ref(), path("hall.ply").as_os_str()]);
     assert_eq!(info.code, 0, "{}", info.err);
@@ -116,13 +116,16 @@ fn units_and_the_axis_upwards_are_as_they_are_said() {
     let out = path("out.city.json");
     let done = run(&path("hall.xyz"), &out, "--unit ft --up-axis y");
     assert_eq!(done.code, 0, "{}", done.err);
-    assert!((volume_of(&out) - 400.0).abs() < 4.0);
+    assert!((volume_of(&out) - 400.0).abs() < 20.0);
     let info = command(["info", "--unit", "ft", "--up-axis", "y"]).arg(path("hall.xyz")).output().unwrap();
     let info = Run::from(info);
     assert_says(&info.out, &["(10.00 × 8.00 × 5.00)"]);
-    // Centimetres that are taken for metres are a building of a kilometre.
+    // Millimetres that were taken for metres would be a building of ten kilometres.
     write_text(&path("far.xyz"), &points, |p| p.map(|value| value * 1000.0));
-    assert_says(&run(&path("far.xyz"), &out, "").err, &["10000.000 m", "--unit"]);
+    let far = run(&path("far.xyz"), &out, "");
+    assert_eq!(far.code, 1);
+    assert_says(&far.err, &["far.xyz", "10000 units", "--unit mm"]);
+    assert_eq!(run(&path("far.xyz"), &out, "--unit mm").code, 0);
     let refused = [
         ("--unit ft --crs EPSG:7415", "cannot be used with"),
         ("--up-axis w", "possible values: z, y, x"),
@@ -176,14 +179,18 @@ fn buildings_that_stand_apart_come_out_one_by_one() {
     let mut again = crate::bench::command(["reconstruct", "--no-footprint", "-j", "1", "-o"]);
     let again: Run = again.arg(path("cut.city.jsonl")).args(quarters.iter().rev()).output().unwrap().into();
     assert_eq!(again.code, 0, "{}", again.err);
-    let cut = std::fs::read_to_string(path("cut.city.jsonl")).unwrap();
-    let whole = run(&tile, &path("points.city.jsonl"), "");
-    assert_eq!(whole.code, 0);
-    let whole = std::fs::read_to_string(path("points.city.jsonl")).unwrap();
-    let plain = |line: &str, name: &str| line.replace(&format!("\"{name}-"), "\"");
-    let features = |text: &str, name: &str| text.lines().skip(1).map(|line| plain(line, name)).collect::<Vec<_>>();
-    let name = quarters[0].file_name().unwrap().to_string_lossy().split('.').next().unwrap().to_owned();
-    assert_eq!(features(&cut, &name), features(&whole, "points"));
+    // The id is that of the first file, and what is drawn by chance follows the id.
+    let first = quarters.iter().min().unwrap().file_name().unwrap().to_owned();
+    std::fs::create_dir(path("whole")).unwrap();
+    std::fs::copy(&tile, path("whole").join(&first)).unwrap();
+    let whole = run(&path("whole").join(&first), &path("whole.city.jsonl"), "");
+    assert_eq!(whole.code, 0, "{}", whole.err);
+    let features = |name: &str| {
+        let text = std::fs::read_to_string(path(name)).unwrap();
+        text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(features("cut.city.jsonl"), features("whole.city.jsonl"));
+    assert_eq!(features("cut.city.jsonl").len(), 3);
 }
 
 #[test]
@@ -198,4 +205,55 @@ fn ground_that_nobody_tells_from_buildings_is_refused_with_the_way_out() {
     assert_says(&done.err, &["ground around", "classification", "--building-class 0"]);
     let told = run(&path("yard.xyz"), &path("out.city.json"), "--building-class 0");
     assert!(!told.err.contains("ground around"), "{}", told.err);
+}
+
+/// A cloud as image matching gives it, of a house of 12 m by 9 m with eaves at 5 m and a ridge at 8 m: smooth ripples of some
+/// spacings that go with the place, five times more points at one end than at the other, few on walls and none on large parts
+/// of their lower halves, no floor and no ground. The house has 702 m³.
+fn from_photographs() -> Vec<[f64; 3]> {
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let waves: Vec<([f64; 3], f64, usize)> =
+        (0..18).map(|i| (std::array::from_fn(|_| 10.0 * (random() - 0.5)), 6.3 * random(), i % 3)).collect();
+    let ripple = |p: [f64; 3], size: f64| {
+        let mut moved = p;
+        for (k, phase, axis) in &waves {
+            moved[*axis] += size * (k[0] * p[0] + k[1] * p[1] + k[2] * p[2] + phase).sin() / 3_f64.sqrt();
+        }
+        moved
+    };
+    let roof = |y: f64| 5.0 + 3.0 * (1.0 - (y - 4.5).abs() / 4.5);
+    let mut points = Vec::new();
+    for _ in 0..60_000 {
+        let (side, a, b, chance) = (random(), random(), random(), random());
+        let (p, is_wall) = match side {
+            s if s < 0.5 => ([12.0 * a, 9.0 * b, roof(9.0 * b)], false),
+            s if s < 0.75 => ([12.0 * a, if s < 0.62 { 0.0 } else { 9.0 }, 5.0 * b], true),
+            s => ([if s < 0.87 { 0.0 } else { 12.0 }, 9.0 * a, 8.0 * b], true),
+        };
+        let is_hidden = is_wall && p[2] < 2.5 && (p[0] + p[1]).sin() > -0.2;
+        let share = (0.2 + 0.8 * p[0] / 12.0) * if is_wall { 0.5 } else { 1.0 };
+        if p[2] <= roof(p[1]) && !is_hidden && chance < share {
+            points.push(ripple(p, 0.02));
+        }
+    }
+    points
+}
+
+#[test]
+fn a_house_from_photographs_comes_out_whole() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_ply(&path("house.ply"), &from_photographs());
+    let out = path("out.city.json");
+    let done = run(&path("house.ply"), &out, "");
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert_valid(&out);
+    let report = report_of(&out);
+    assert_eq!(report["buildings"].as_array().unwrap().len(), 1);
+    assert_eq!(report["buildings"][0]["outcome"], "lod22");
+    assert!((volume_of(&out) / 702.0 - 1.0).abs() < 0.05, "{}", volume_of(&out));
 }

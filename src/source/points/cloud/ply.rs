@@ -59,7 +59,8 @@ fn read_text<R: BufRead>(header: &PlyHeader, lines: &mut Lines<R>, visit: &mut V
     for vertex in 1..=header.vertex.count {
         advance(lines)?;
         // A number of a line that is cut off is another number.
-        if !lines.is_ended && !(header.is_last && vertex == header.vertex.count) {
+        let may_end = header.is_last && vertex == header.vertex.count;
+        if !lines.is_ended && !may_end {
             return Err("the end of the file within a line".to_owned());
         }
         let (position, class) = parse(&header.vertex, lines.text().ok_or_else(|| lines.shown())?)?;

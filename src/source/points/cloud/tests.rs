@@ -1,4 +1,5 @@
 use super::super::{Extent, Placement, Reading, ScanPoint, Tile, Unit, UpAxis};
+use std::fmt::Write as _;
 use std::path::Path;
 
 fn read(tile: &Tile) -> (Vec<ScanPoint>, Reading) {
@@ -7,8 +8,11 @@ fn read(tile: &Tile) -> (Vec<ScanPoint>, Reading) {
     (points, reading)
 }
 
+/// A place and a class.
+type Plain = ([f64; 3], u8);
+
 /// The points of a file with this name and content, and what is wrong with it.
-fn points_of(name: &str, content: &[u8]) -> Result<(Vec<([f64; 3], u8)>, Vec<String>), String> {
+fn points_of(name: &str, content: &[u8]) -> Result<(Vec<Plain>, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, content).unwrap();
@@ -44,7 +48,7 @@ fn ply(encoding: &str) -> Vec<u8> {
     if encoding == "ascii" {
         let mut text = "2 0.5 1.5 7\n0 8\n".to_owned();
         for ([x, y, z], class) in POINTS {
-            text += &format!("255 {z} nan {x} {class} 3 -1 -2 -3 {y}\n");
+            writeln!(text, "255 {z} nan {x} {class} 3 -1 -2 -3 {y}").unwrap();
         }
         text += "3 0 1 2\n";
         out.extend(text.bytes());
@@ -219,8 +223,37 @@ fn coordinates_of_another_unit_and_axis_become_metres_with_heights_along_z() {
 
 #[test]
 fn many_points_come_in_blocks_and_all_of_them() {
-    let text: String = (0..40_000).map(|i| format!("{i} 0 1\n")).collect();
+    let mut text = String::new();
+    (0..40_000).for_each(|i| writeln!(text, "{i} 0 1").unwrap());
     let (points, problems) = points_of("a.xyz", text.as_bytes()).unwrap();
     assert_eq!((points.len(), problems.len()), (40_000, 0));
     assert!((0..).zip(&points).all(|(i, point)| point.0[0] == f64::from(i)));
+}
+
+#[test]
+fn damage_anywhere_ends_with_a_message_or_fewer_points() {
+    let mut state = 1_u64;
+    let mut random = move |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let text = b"x;y;z;class\n1.5;2;3;6\n1.5;2;3;2\n".to_vec();
+    let files = [
+        ("a.ply", ply("ascii")),
+        ("a.ply", ply("binary_little_endian")),
+        ("a.ply", ply("binary_big_endian")),
+        ("a.csv", text),
+    ];
+    for (name, whole) in files {
+        for _ in 0..400 {
+            let mut damaged = whole.clone();
+            for _ in 0..=random(3) {
+                let at = random(damaged.len());
+                damaged[at] = [0, b'9', b'-', b' ', b'\n', 0xff, random(256) as u8][random(7)];
+            }
+            if let Err(message) = points_of(name, &damaged) {
+                assert!(message.contains(name) && message.contains("found"), "{message}");
+            }
+        }
+    }
 }
