@@ -175,10 +175,13 @@ def draw():
         def panel(axis):
             for group in groups or [None]:
                 chosen = [r for r in rows if group is None or r["setup"] == group]
-                points = [(float(r[first]), float(r[column])) for r in chosen if r[column] not in ("", "nan")]
+                # Where most buildings gave no solid, the others tell little; the IoU counts all of them.
+                held = [r for r in chosen if column == "iou" or 2 * int(r["failed"]) < int(r["buildings"])]
+                points = [(float(r[first]), float(r[column])) for r in held if r[column] not in ("", "nan")]
                 axis.plot(*zip(*points), marker="o", label=group)
             axis.set_xscale("symlog", linthresh=scale)
             axis.set_xlim(left=0)
+            axis.set_ylim(bottom=0)
             axis.set_xlabel({"lambda": "λ", "noise": "noise, share of R"}[first])
             axis.set_ylabel(label)
             if groups:
