@@ -55,7 +55,7 @@ doc: setup
 bench: setup
 	cargo bench --locked
 
-# Curves in docs/plots. What was measured before is not measured again; FRESH=--fresh does.
+# Curves in docs/plots. What this build was measured on before is not measured again; FRESH=--fresh does.
 BUILDINGS := 12
 plots: setup
 	cargo build --release --locked

@@ -4,12 +4,13 @@
     make plots                     all of it, on 12 generated buildings
     make plots BUILDINGS=40        on more
 
-What was measured waits in out/plots/, one file per scan and setting, so that a run that was ended goes on where it was;
---fresh measures anew. The figures go to docs/plots/ as CSV, and from these they are drawn as SVG.
+What was measured waits in out/plots/, apart for each build of gable and one file per scan and setting, so that a run that was
+ended goes on where it was; --fresh measures anew. The figures go to docs/plots/ as CSV, and from these they are drawn as SVG.
 """
 
 import argparse
 import csv
+import hashlib
 import json
 import math
 import shutil
@@ -32,13 +33,19 @@ FIRST_SEED = 9001
 FEWEST_FACES = 10
 
 
+def build_of(binary):
+    """What tells one build of gable from another."""
+    with open(binary, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:12]
+
+
 def gable(binary, *arguments):
     return subprocess.run([binary, *map(str, arguments)], capture_output=True, text=True, check=False)
 
 
 def scan(options, seed, setup, noise):
     """A folder with one generated building, scanned: points.laz, footprints.geojson, reference.city.json."""
-    folder = WORK / f"{seed}-{setup}-{noise}"
+    folder = WORK / options.build / f"{seed}-{setup}-{noise}"
     if not (folder / "done").exists():
         shutil.rmtree(folder, ignore_errors=True)
         density = ["--density", 10 if setup == "airborne" else 20]
@@ -141,7 +148,7 @@ def measured(options):
 
 
 def scalability(options):
-    kept = WORK / "scalability.csv"
+    kept = WORK / options.build / "scalability.csv"
     if not kept.exists():
         run = subprocess.run(["cargo", "bench", "--locked", "--bench", "scalability"], cwd=ROOT, text=True,
                              stdout=subprocess.PIPE, check=True)
@@ -215,6 +222,7 @@ def main():
     parser.add_argument("--draw-only", action="store_true", help="draw what stands in docs/plots")
     options = parser.parse_args()
     if not options.draw_only:
+        options.build = build_of(options.gable)
         if options.fresh:
             shutil.rmtree(WORK, ignore_errors=True)
         measured(options)
