@@ -2,6 +2,7 @@
 # make test         run all tests
 # make load-test    damaged, endless and many inputs, kills and large halls: no breach (two minutes)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
+# make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
 # All install what they need first. See README.md.
 
 export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
@@ -9,7 +10,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test load-test platforms loop setup lint dependencies doc bench picture page header
+.PHONY: quickstart test load-test platforms loop setup lint dependencies doc bench plots picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -53,6 +54,12 @@ doc: setup
 
 bench: setup
 	cargo bench --locked
+
+# Curves in docs/plots. What this build was measured on before is not measured again; FRESH=--fresh does.
+BUILDINGS := 12
+plots: setup
+	cargo build --release --locked
+	$$(sh scripts/setup-plots.sh) scripts/plots.py --buildings $(BUILDINGS) $(FRESH)
 
 # The picture of the README: the page of the quick start in a headless Chromium.
 picture: $(MODEL)

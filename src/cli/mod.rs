@@ -16,6 +16,7 @@ mod interrupt;
 pub(crate) mod options;
 mod output;
 mod pipeline;
+mod placement;
 mod progress;
 mod reading;
 mod reconstruct;

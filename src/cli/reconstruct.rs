@@ -15,6 +15,7 @@ use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{PointCloud, is_stream};
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
+use crate::source::points::{Placement, Unit, UpAxis};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,8 +26,9 @@ Examples:
   A cloud that is not classified, some of the footprints only:
     gable reconstruct a.laz b.laz -f houses.shp --filter \"height > 3\" \\
       --building-class any -o out/
-  A single object without a footprint:
+  A single object without a footprint, and one from photographs in feet, with y upwards:
     gable reconstruct church.laz --no-footprint -o church.city.json
+    gable reconstruct church.ply --no-footprint --unit ft --up-axis y -o church.city.json
   And a page to look at it in: city.html
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
 
@@ -49,7 +51,7 @@ Exit codes:
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
-    /// LAS, LAZ or COPC files, folders of them, or glob patterns
+    /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<String>,
 
@@ -57,7 +59,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE", required_unless_present = "no_footprint", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
-    /// Take all building points for a single object
+    /// Take what stands apart in the building points for an object each
     #[arg(long)]
     no_footprint: bool,
 
@@ -85,6 +87,14 @@ pub struct Args {
     /// CRS of the tiles, such as EPSG:7415; goes before what they say
     #[arg(long, value_name = "CRS")]
     crs: Option<String>,
+
+    /// Unit of the coordinates of points without a CRS, with --no-footprint [default: m]
+    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"])]
+    unit: Option<Unit>,
+
+    /// Axis that points up in points without a CRS, with --no-footprint [default: z]
+    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"])]
+    up_axis: Option<UpAxis>,
 
     /// CRS of the footprints; goes before what the file says
     #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
@@ -193,6 +203,7 @@ impl Args {
             resume: self.resume,
             report: self.report,
             crs: self.crs,
+            placement: Placement::given(self.unit, self.up_axis),
             threads: self.jobs,
             segmentation: SegmentOptions {
                 building_classes: self.building_class,

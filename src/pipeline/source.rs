@@ -96,6 +96,10 @@ pub(super) fn crs_of(values: &Values, option: &str, text: &str) -> Result<Crs, I
 impl Reader for TileReader {
     fn prepare(&mut self, context: &Context<'_>) -> Result<Flow> {
         let tile = Tile::open(&self.path)?;
+        if !tile.is_las() {
+            let fault = InputError::new(&self.path, format!("a {} file", tile.kind()), "a LAS, LAZ or COPC file");
+            return Err(fault.remedy("`gable reconstruct` reads it; for a pipeline convert it to LAS first").into());
+        }
         let record = Record::of_header(&tile.header);
         let layout = record.layout();
         let own = tile.crs.clone().map(Arc::new).filter(|_| !self.no_crs);

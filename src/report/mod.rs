@@ -91,6 +91,8 @@ pub enum CrsSource {
     Tiles,
     /// The user named it; it goes before what the tiles say.
     Option,
+    /// Nobody names one: a model without footprints stands in coordinates of its own, in metres.
+    Local,
 }
 
 /// What came in.

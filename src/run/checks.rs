@@ -25,6 +25,12 @@ impl Job {
                     .remedy("Leave it out; `gable info` lists the classes of a tile"));
             }
         }
+        if self.placement.is_some() && (self.crs.is_some() || self.footprints.is_some()) {
+            let with = if self.crs.is_some() { "--crs" } else { "--footprints" };
+            let found = format!("a unit or an axis for coordinates without a CRS, together with {with}");
+            return Err(InputError::new("--unit and --up-axis", found, "points without a CRS and --no-footprint")
+                .remedy("A CRS says what its units are and that heights are along z: leave these options out"));
+        }
         let detection = &self.parameters.detection;
         let (least, most) = (detection.minimum_tolerance, detection.maximum_tolerance);
         if least > most {

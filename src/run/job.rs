@@ -12,15 +12,16 @@ use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
 use crate::sink::PointCloud;
 use crate::source::footprints::FootprintOptions;
+use crate::source::points::Placement;
 
 /// What is to be done. All but the tiles or points, the footprints and the output has a default.
 #[derive(Debug, Clone, Default)]
 pub struct Job {
-    /// LAS, LAZ and COPC files, folders of them, and glob patterns.
+    /// LAS, LAZ, COPC, PLY and text files, folders of them, and glob patterns.
     pub tiles: Vec<String>,
     /// Points that came without a file; they count as one more tile. With them there need be no other.
     pub fed: Option<Fed>,
-    /// The footprints; `None` takes all points for a single object.
+    /// The footprints; `None` takes what stands apart in the points for an object each.
     pub footprints: Option<FootprintSource>,
     /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]); or a stream, which gets
     /// CityJSONSeq: `-` for standard output, or a pipe. Only a run into a sink
@@ -34,6 +35,8 @@ pub struct Job {
     pub report: Option<PathBuf>,
     /// The CRS of the tiles, whatever they say.
     pub crs: Option<String>,
+    /// How the coordinates of tiles that name no CRS are meant; only without footprints and [`Self::crs`].
+    pub placement: Option<Placement>,
     /// Number of threads; `None` for one per processor.
     pub threads: Option<NonZeroUsize>,
     /// Which points belong to a building.

@@ -13,6 +13,7 @@
 mod buildings;
 mod checkpoint;
 mod checks;
+mod classes;
 mod feed;
 mod identity;
 mod job;
@@ -20,6 +21,7 @@ mod journal;
 mod observer;
 mod ordered;
 pub mod output;
+mod parts;
 mod plan;
 mod single;
 mod tiles;
@@ -39,7 +41,7 @@ pub use checks::{MOST_THREADS, recording_date};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};
-pub(crate) use tiles::{agree_on_crs, true_to_length};
+pub(crate) use tiles::{agree_on_crs, place, true_to_length};
 
 /// Does a job: reads, reconstructs, writes the model and the report.
 ///
@@ -59,7 +61,7 @@ pub fn sites(job: &Job, observer: &dyn Observer) -> Result<Vec<Site>> {
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
-    let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
+    let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
     let site = |task| match task {
         buildings::Task::Reconstruct { site, .. } => Some(*site),
         buildings::Task::Keep(_) => None,
@@ -115,9 +117,9 @@ fn run_both(
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
-    let tasks = plan::collect(job, &mut plan, &pool, &mut journal)?;
+    let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
     let done = write::write(job, &plan, tasks, &pool, &mut journal, method, open)?;
-    plan::warn_of_emptiness(job, &plan, &done.counts, &journal);
+    plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
     let exit_code = exit_code(&done.counts, &plan.inputs);
@@ -133,7 +135,7 @@ fn run_both(
         inputs: plan.inputs,
         parameters: job.parameters.clone(),
         field: job.field.clone(),
-        segmentation: job.segmentation.clone(),
+        segmentation: plan.segmentation.clone(),
         counts: done.counts,
         quality,
         stages,

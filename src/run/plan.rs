@@ -8,11 +8,12 @@ use super::buildings::Task;
 use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
-use super::{checkpoint, output, single, tiles};
+use super::single::{Look, StandIns};
+use super::{checkpoint, classes, output, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
-use crate::segment::{Segmentation, segment, segment_named};
+use crate::segment::{SegmentOptions, Segmentation, segment, segment_named};
 use crate::sink::Format;
 use crate::site::{Frame, Site};
 use crate::solid::Model;
@@ -37,6 +38,8 @@ pub(super) struct Plan {
     rejected: Vec<Rejected>,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
+    /// Which points belong to a building: what the job says, but for points without classes.
+    pub segmentation: SegmentOptions,
     /// Whether the footprints stand in for those that there are not.
     has_stand_ins: bool,
 }
@@ -87,7 +90,11 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
-        let (crs, source, warnings) = tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?;
+        let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
+        let (crs, source, warnings) = match &layer {
+            Some(_) => tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?,
+            None => tiles::agree_on_crs_or_none(&tiles, job.crs.as_deref(), job.placement.is_some())?,
+        };
         for warning in &warnings {
             journal.warn(warning);
         }
@@ -97,6 +104,10 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(warning);
         }
 
+        let (segmentation, warning) = classes::of_points(&tiles, &job.segmentation, layer.is_some());
+        if let Some(warning) = warning {
+            journal.warn(&warning);
+        }
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
@@ -106,7 +117,16 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
             (footprints, rejected, false)
         } else {
-            (single::stand_ins(&tiles, &title, &job.segmentation)?, Vec::new(), true)
+            let look = Look {
+                options: &segmentation,
+                is_unclassified: segmentation != job.segmentation,
+                metres_per_unit: crs.metres_per_unit,
+            };
+            let StandIns { footprints, warnings } = single::stand_ins(&mut tiles, &title, look)?;
+            for warning in &warnings {
+                journal.warn(warning);
+            }
+            (footprints, Vec::new(), true)
         };
         Ok(Plan {
             tiles,
@@ -119,6 +139,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             footprints,
             rejected,
             continues,
+            segmentation,
             has_stand_ins,
         })
     })
@@ -211,7 +232,7 @@ fn bring(
 ///
 /// # Errors
 /// What [`segment()`] says.
-pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<'_>) -> Result<Vec<Task>> {
+pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<'_>) -> Result<Vec<Task>> {
     let footprints = std::mem::take(&mut plan.footprints);
     let total = plan.tiles.iter().map(|tile| tile.points).sum();
     let Segmentation { sites, notes, counts, problems, warnings } =
@@ -219,7 +240,7 @@ pub(super) fn collect(job: &Job, plan: &mut Plan, pool: &ThreadPool, journal: &m
             let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
             let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
             let segment = if plan.has_stand_ins && names_buildings { segment_named } else { segment };
-            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &job.segmentation, &progress))
+            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &plan.segmentation, &progress))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;
     for warning in warnings {
@@ -296,7 +317,7 @@ fn rejected(feature: Rejected, crs: &Crs) -> Task {
 }
 
 /// Says which classes there are when no footprint holds a point of those that were asked for.
-pub(super) fn warn_of_emptiness(job: &Job, plan: &Plan, counts: &Counts, journal: &Journal<'_>) {
+pub(super) fn warn_of_emptiness(plan: &Plan, counts: &Counts, journal: &Journal<'_>) {
     if counts.with_points > 0 || counts.written == 0 {
         return;
     }
@@ -313,7 +334,7 @@ pub(super) fn warn_of_emptiness(job: &Job, plan: &Plan, counts: &Counts, journal
     journal.warn(&format!(
         "no footprint holds a point of building class {} that counts; points by class: {}{flagged}; other classes are chosen \
          by --building-class",
-        job.segmentation.building_classes,
+        plan.segmentation.building_classes,
         if classes.is_empty() { "none".to_owned() } else { classes.join(", ") }
     ));
 }

@@ -7,7 +7,10 @@ use super::observer::{Event, Observer, Stage};
 use crate::error::{InputError, Result};
 use crate::report::{CrsSource, TileReport};
 use crate::source::crs::Crs;
-use crate::source::points::Tile;
+use crate::source::points::{Extent, Placement, Tile};
+
+/// How far the points of a building, or of a few, usually reach, metres.
+const USUAL_SIZE: std::ops::RangeInclusive<f64> = 2.0..=2000.0;
 
 /// The tiles that could be opened.
 #[derive(Debug)]
@@ -154,8 +157,61 @@ pub fn agree_on_crs(
     Ok((crs, source, warnings))
 }
 
+/// The CRS of tiles that are reconstructed without footprints: as [`agree_on_crs`], or coordinates of their own where no tile
+/// names one, and what is to be said of that. `is_placed` says whether the user told how these are meant.
+///
+/// # Errors
+/// As [`agree_on_crs`]; a CRS that a tile names and nobody can understand; points that reach so far that their coordinates
+/// can hardly be metres.
+pub fn agree_on_crs_or_none(
+    tiles: &[Tile],
+    option: Option<&str>,
+    is_placed: bool,
+) -> Result<(Crs, CrsSource, Vec<String>)> {
+    let names_one = |tile: &Tile| tile.crs.is_some() || tile.crs_fault.is_some();
+    if option.is_some() || tiles.iter().any(names_one) {
+        return agree_on_crs(tiles, option, None);
+    }
+    let mut whole = Extent::EMPTY;
+    for extent in tiles.iter().filter_map(|tile| tile.extent) {
+        whole.join(&extent);
+    }
+    let size = (0..3).map(|axis| whole.max[axis] - whole.min[axis]).fold(0.0, f64::max);
+    let is_unusual = !whole.is_empty() && !is_placed && !USUAL_SIZE.contains(&size);
+    let first = tiles.first().filter(|_| is_unusual);
+    if let Some(first) = first {
+        let found = format!("points that reach over {size} units, and no word on how long a unit is");
+        let [low, high] = [USUAL_SIZE.start(), USUAL_SIZE.end()];
+        let fault = InputError::new(&first.path, found, format!("{low} to {high} m of one or several buildings"));
+        return Err(fault
+            .remedy("Say what a unit is with --unit, such as --unit mm, or --unit m if it is a metre")
+            .into());
+    }
+    let warning = "no coordinate reference system: the model is written in coordinates of its own, in metres with heights \
+                   along z, and names no system; --crs names it, --unit and --up-axis say how its coordinates are meant";
+    Ok((Crs::local(), CrsSource::Local, vec![warning.to_owned()]))
+}
+
+/// A tile with its coordinates in metres and heights along z, as the user says how they are meant.
+///
+/// # Errors
+/// It names a CRS, which says so already.
+pub fn place(tile: Tile, placement: Option<Placement>) -> Result<Tile> {
+    let Some(placement) = placement else { return Ok(tile) };
+    if let Some(crs) = &tile.crs {
+        let fault = InputError::new(&tile.path, format!("the system {crs}"), "none, with --unit or --up-axis");
+        return Err(fault
+            .remedy("It says what its units are and that heights are along z: leave these options out")
+            .into());
+    }
+    Ok(tile.placed(placement))
+}
+
 /// The CRS with units as long as they are where the tiles lie, and a warning, if those of its map are not; else as it is.
 pub fn true_to_length(crs: Crs, tiles: &[Tile]) -> (Crs, Option<String>) {
+    if crs.is_local() {
+        return (crs, None);
+    }
     let Some(extent) = tiles.iter().find_map(|tile| tile.extent) else { return (crs, None) };
     let centre = [0, 1].map(|axis| f64::midpoint(extent.min[axis], extent.max[axis]));
     let Some(scale) = crs.distortion(centre) else { return (crs, None) };

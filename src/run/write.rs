@@ -119,12 +119,17 @@ fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
     let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
     let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
     let translate = std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round());
+    let is_local = plan.crs.is_local();
+    let mut others = Metadata::making(parameters(job));
+    if is_local {
+        others.insert("gable_coordinates".to_owned(), plan.crs.name.clone().into());
+    }
     Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),
-        crs: Some(plan.crs.clone()),
+        crs: (!is_local).then(|| plan.crs.clone()),
         transform: Transform { scale: [QUANTUM; 3], translate },
-        others: Metadata::making(parameters(job)),
+        others,
         extensions: None,
     }
 }

@@ -147,9 +147,13 @@ fn places_without_tiles_are_named() {
     let folder = folder();
     std::fs::create_dir(folder.path().join("none")).unwrap();
     let run = run_in(folder.path(), "none", "footprints.geojson", "");
-    assert_ends(&run, 1, &["none: found a folder without .las or .laz files", "not searched recursively"]);
+    assert_ends(
+        &run,
+        1,
+        &["none: found a folder without .las, .laz, .ply, .xyz or .pts files", "not searched recursively"],
+    );
     let run = run_in(folder.path(), "none/*.laz", "footprints.geojson", "");
-    assert_ends(&run, 1, &["none/*.laz: found a pattern that matches no .las or .laz file"]);
+    assert_ends(&run, 1, &["none/*.laz: found a pattern that matches no .las, .laz, .ply, .xyz or .pts file"]);
 }
 
 #[cfg(unix)]

@@ -8,6 +8,7 @@ mod bad_input_options;
 mod bad_input_output;
 mod bad_input_points;
 mod bench;
+mod clouds;
 mod convert;
 mod crossings;
 mod damage;

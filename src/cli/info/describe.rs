@@ -11,7 +11,7 @@ use crate::run;
 use crate::source::classes::OVERLAP;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintLayer, FootprintOptions};
-use crate::source::points::{self, Tile, TileProblem, TileSummary};
+use crate::source::points::{self, Placement, Tile, TileProblem, TileSummary};
 
 /// What is in the files.
 #[derive(Debug, Default, Serialize)]
@@ -27,10 +27,12 @@ pub struct Info {
 pub struct TileInfo {
     /// The file.
     pub file: String,
-    /// LAS version, such as `1.4`.
+    /// What kind of file it is: `LAS`, `LAZ`, `COPC`, `PLY` or `text`.
+    pub format: String,
+    /// LAS version, such as `1.4`; of other files how they are written.
     pub version: String,
-    /// Point format, 0 to 10.
-    pub point_format: u8,
+    /// Point format, 0 to 10; absent where it is no LAS file.
+    pub point_format: Option<u8>,
     /// Whether it is compressed.
     pub compressed: bool,
     /// Whether it is a cloud-optimised point cloud.
@@ -141,6 +143,7 @@ pub fn describe(
     footprints: &[PathBuf],
     crs: Option<&str>,
     options: &FootprintOptions,
+    placement: Option<Placement>,
 ) -> Result<(Info, Vec<Error>)> {
     let crs = crs.map(Crs::parse).transpose()?;
     let (mut info, mut faults, mut extents) = (Info::default(), Vec::new(), Vec::new());
@@ -150,7 +153,8 @@ pub fn describe(
         faults.push(fault);
         Vec::new()
     }) {
-        match Tile::open(&path).and_then(|tile| Ok((describe_tile(&tile, crs.as_ref())?, tile))) {
+        let opened = Tile::open(&path).and_then(|tile| run::place(tile, placement));
+        match opened.and_then(|tile| Ok((describe_tile(&tile, crs.as_ref())?, tile))) {
             Ok((description, tile)) => {
                 extents.extend(description.summary.extent);
                 tile_crs = tile_crs.or(tile.crs);
@@ -187,14 +191,22 @@ fn describe_tile(tile: &Tile, crs: Option<&Crs>) -> Result<TileInfo> {
 fn described(tile: &Tile, crs: Option<&Crs>, metres_per_unit: [f64; 3], mut notes: Vec<String>) -> Result<TileInfo> {
     let summary = tile.summary(metres_per_unit)?;
     notes.extend(not_used(&summary));
+    if !tile.has_classes {
+        let note = "the points have no classes: all are taken for points of buildings, or with footprints what stands out of \
+                    the ground in them";
+        notes.push(note.to_owned());
+    }
+    let software = tile.header.generating_software().trim_end_matches(['\0', ' ']);
+    let software = if tile.is_las() { software.to_owned() } else { String::new() };
     Ok(TileInfo {
         file: tile.path.display().to_string(),
+        format: tile.kind().to_owned(),
         version: tile.version.clone(),
-        point_format: tile.point_format,
+        point_format: tile.is_las().then_some(tile.point_format),
         compressed: tile.header.point_format().is_compressed,
         copc: tile.is_copc,
-        date: tile.header.date().map(|date| date.to_string()),
-        software: tile.header.generating_software().trim_end_matches(['\0', ' ']).to_owned(),
+        date: tile.header.date().filter(|_| tile.is_las()).map(|date| date.to_string()),
+        software,
         crs: crs.map(CrsInfo::new),
         crs_fault: tile.crs_fault.clone(),
         notes,

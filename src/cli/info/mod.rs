@@ -10,6 +10,7 @@ use super::output::{print, say};
 use crate::error::Error;
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
+use crate::source::points::{Placement, Unit, UpAxis};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,13 +25,21 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Tiles (LAS, LAZ, COPC, folders, glob patterns) and footprint files
+    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns) and footprint files
     #[arg(required = true, value_name = "FILES")]
     files: Vec<String>,
 
     /// CRS of the tiles; goes before what they say
     #[arg(long, value_name = "CRS")]
     crs: Option<String>,
+
+    /// Unit of the coordinates of points without a CRS [default: m]
+    #[arg(long, value_name = "UNIT", conflicts_with = "crs")]
+    unit: Option<Unit>,
+
+    /// Axis that points up in points without a CRS [default: z]
+    #[arg(long, value_name = "AXIS", conflicts_with = "crs")]
+    up_axis: Option<UpAxis>,
 
     /// CRS of the footprints; goes before what the file says
     #[arg(long, value_name = "CRS")]
@@ -57,8 +66,9 @@ pub fn main(args: &Args) -> Outcome {
         crs: args.footprint_crs.as_deref().map(Crs::parse).transpose()?,
         ..FootprintOptions::default()
     };
+    let placement = Placement::given(args.unit, args.up_axis);
     let (tiles, footprints) = sort(&args.files);
-    let (info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options)?;
+    let (info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options, placement)?;
     let nothing = info.tiles.is_empty() && info.footprints.is_empty();
     if let Some(fault) = faults.pop_if(|_| nothing) {
         return Err(fault);

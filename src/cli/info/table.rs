@@ -47,19 +47,17 @@ fn extent<const N: usize>(min: [f64; N], max: [f64; N], decimals: usize) -> Stri
 fn tile(tile: &TileInfo) -> String {
     let summary = &tile.summary;
     let mut out = format!("{}\n", tile.file);
-    let kind = match (tile.copc, tile.compressed) {
-        (true, _) => "COPC",
-        (false, true) => "LAZ",
-        (false, false) => "LAS",
-    };
     let points = thousands(summary.points);
-    line(&mut out, "format", &format!("{kind} {}, point format {}, {points} points", tile.version, tile.point_format));
-    let date = tile.date.as_deref().unwrap_or("no date");
-    line(
-        &mut out,
-        "made",
-        &format!("{date}, {}", if tile.software.is_empty() { "unknown software" } else { &tile.software }),
-    );
+    let (kind, version) = (&tile.format, &tile.version);
+    match tile.point_format {
+        Some(format) => {
+            line(&mut out, "format", &format!("{kind} {version}, point format {format}, {points} points"));
+            let date = tile.date.as_deref().unwrap_or("no date");
+            let software = if tile.software.is_empty() { "unknown software" } else { &tile.software };
+            line(&mut out, "made", &format!("{date}, {software}"));
+        }
+        None => line(&mut out, "format", &format!("{kind} ({version}), {points} points")),
+    }
     line(&mut out, "CRS", &crs(tile.crs.as_ref(), tile.crs_fault.as_deref()));
     let decimals = if tile.crs.as_ref().is_some_and(|crs| crs.geographic) { 6 } else { 2 };
     match summary.extent {

@@ -18,7 +18,7 @@ use crate::report::Report;
 use crate::run::{self, Feed, Job};
 use crate::segment::SegmentOptions;
 use crate::source::crs::Crs;
-use crate::source::points::ScanPoint;
+use crate::source::points::{ScanPoint, Unit, UpAxis};
 
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
@@ -45,11 +45,21 @@ fn options() -> Vec<OptionSpec> {
             Kind::File,
             "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite; needed unless `no_footprint`",
         ),
-        switch("no_footprint", "Take all building points for a single object"),
+        switch("no_footprint", "Take what stands apart in the building points for an object each"),
         switch("overwrite", "Replace files that exist"),
         switch("resume", "Go on from what a run that was killed has left beside the file"),
         OptionSpec::new("report", Kind::File, "Where the report goes; beside the city model when it is not given"),
         text("crs", "CRS of the points, such as EPSG:7415; goes before what they say"),
+        OptionSpec::new(
+            "unit",
+            Kind::choice(&Unit::ALL.map(Unit::name)),
+            "Unit of the coordinates of points without a CRS, with `no_footprint`; m when it is not given",
+        ),
+        OptionSpec::new(
+            "up_axis",
+            Kind::choice(&UpAxis::ALL.map(UpAxis::name)),
+            "Axis that points up in points without a CRS, with `no_footprint`; z when it is not given",
+        ),
         text("footprint_crs", "CRS of the footprints; goes before what the file says"),
         text("layer", "Layer or table of the footprint file, if it has several"),
         text("filter", "Only footprints whose attributes satisfy this, such as `status = 'in use' AND height > 3`"),

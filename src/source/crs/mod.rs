@@ -28,6 +28,10 @@ const LAS_PROJECTION: &str = "LASF_Projection";
 /// later drafts number it, and those of the library that wrote WKT before there was a number for it.
 const LAS_WKT_RECORDS: [(&str, u16); 4] =
     [(LAS_PROJECTION, 2112), (LAS_PROJECTION, 4224), ("liblas", 2112), ("liblas", 4224)];
+/// The name of the system of an object without one.
+const LOCAL_NAME: &str = "local coordinates in metres, heights along z";
+/// Its definition (OGC 18-010r11, engineering systems).
+const LOCAL_WKT: &str = r#"ENGCRS["local coordinates in metres, heights along z",EDATUM["unknown engineering datum"],CS[Cartesian,3],AXIS["(x)",unspecified,ORDER[1]],AXIS["(y)",unspecified,ORDER[2]],AXIS["(z)",up,ORDER[3]],LENGTHUNIT["metre",1]]"#;
 /// What to write where a CRS is expected.
 const EXAMPLES: &str = "Give it as a code such as EPSG:7415, as a pair such as EPSG:2154+5720, or as WKT";
 
@@ -99,6 +103,22 @@ impl Crs {
             )
             .remedy(EXAMPLES)
         })
+    }
+
+    /// The system of a single object that stands nowhere on the Earth: metres, heights along z.
+    pub fn local() -> Self {
+        Self {
+            wkt: LOCAL_WKT.to_owned(),
+            code: None,
+            name: LOCAL_NAME.to_owned(),
+            metres_per_unit: [1.0; 3],
+            is_geographic: false,
+        }
+    }
+
+    /// Whether it is [`Self::local`].
+    pub fn is_local(&self) -> bool {
+        self.code.is_none() && self.name == LOCAL_NAME
     }
 
     /// WGS 84 with longitude first, which GeoJSON means when it names no CRS (RFC 7946, section 4).

@@ -1,7 +1,10 @@
 //! A block of point records as they stand in the file, and the columns we read from it.
 
+use super::parcels::Parcels;
+use super::placement::Placement;
 use super::spill;
 use las::{Transform, Vector};
+use std::sync::Arc;
 
 /// What we take from a point record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +21,8 @@ pub struct ScanPoint {
     pub withheld: bool,
     /// Marked as lying in the overlap of two strips (point formats 6 to 10).
     pub overlap: bool,
-    /// The building that it names, as a place in [`Tile::buildings`](super::Tile::buildings); points of files name none.
+    /// The building that it names, as a place in [`Tile::buildings`](super::Tile::buildings); points of files name none unless
+    /// the tile has [`Parcels`].
     pub building: Option<u32>,
 }
 
@@ -35,6 +39,7 @@ pub struct Block {
     bytes: Vec<u8>,
     record_len: usize,
     records: Records,
+    parcels: Option<Arc<Parcels>>,
 }
 
 /// What the bytes of a record mean.
@@ -48,15 +53,17 @@ pub(super) enum Records {
         transforms: Vector<Transform>,
         /// The range of stored integers per axis that can be real.
         plausible: [(i32, i32); 3],
+        /// From coordinates of the file to those of points.
+        placement: Placement,
     },
-    /// Those of [`spill`].
-    Spilled,
+    /// Those of [`spill`], in coordinates of the file.
+    Spilled(Placement),
 }
 
 impl Block {
     /// An empty block for records of `record_len` bytes.
-    pub(super) fn new(record_len: usize, records: Records) -> Self {
-        Self { bytes: Vec::new(), record_len, records }
+    pub(super) fn new(record_len: usize, records: Records, parcels: Option<Arc<Parcels>>) -> Self {
+        Self { bytes: Vec::new(), record_len, records, parcels }
     }
 
     /// Makes room for `n` records and lends their bytes.
@@ -87,7 +94,14 @@ impl Block {
 
     /// The points, without those with absurd coordinates.
     pub fn points(&self) -> impl Iterator<Item = ScanPoint> + '_ {
-        self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r)).map(|r| self.decode(r))
+        let named = |mut point: ScanPoint| {
+            if let (Some(parcels), None) = (&self.parcels, point.building) {
+                point.building = parcels.building(point.position);
+            }
+            point
+        };
+        let sound = self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r));
+        sound.map(move |r| named(self.decode(r)))
     }
 
     /// The records, without those with absurd coordinates, as they stand in the file.
@@ -101,18 +115,24 @@ impl Block {
                 let value = stored(record, axis);
                 plausible[axis].0 <= value && value <= plausible[axis].1
             }),
-            Records::Spilled => spill::is_plausible(spill::position(record)),
+            Records::Spilled(placement) => spill::is_plausible(placement.apply(spill::position(record))),
         }
     }
 
     #[inline]
     fn decode(&self, record: &[u8]) -> ScanPoint {
-        let Records::Las { extended, transforms, .. } = &self.records else { return spill::decode(record) };
-        let position = [
+        let (extended, transforms, placement) = match &self.records {
+            Records::Las { extended, transforms, placement, .. } => (extended, transforms, placement),
+            Records::Spilled(placement) => {
+                let point = spill::decode(record);
+                return ScanPoint { position: placement.apply(point.position), ..point };
+            }
+        };
+        let position = placement.apply([
             transforms.x.direct(stored(record, 0)),
             transforms.y.direct(stored(record, 1)),
             transforms.z.direct(stored(record, 2)),
-        ];
+        ]);
         // Bytes 14 to 16 hold returns, flags and class: tables 7 (formats 0 to 5) and 15 (formats 6 to 10).
         let (returns, flags) = (record[14], record[15]);
         if *extended {

@@ -31,7 +31,7 @@ impl Tile {
     /// Whether the points lie in the box that the header states, as far as some thousands of them tell: all of a small
     /// tile, of others some from each of several places. True where there is no box, or none can be read.
     pub fn is_true_to_its_extent(&self) -> bool {
-        let Some(extent) = self.extent.filter(|_| self.spill.is_none()) else { return true };
+        let Some(extent) = self.extent.filter(|_| self.is_las() && self.placement.is_identity()) else { return true };
         let Ok(file) = File::open(&self.path) else { return true };
         let (mut file, layout) = (BufReader::new(file), self.layout());
         let mut block = self.block();
@@ -63,7 +63,9 @@ impl Tile {
         let (points, announced) = (self.unannounced, self.points);
         let unannounced = (points > 0).then(|| TileProblem::UnannouncedPoints { tile: tile(), points, announced });
         let extent = match self.stated_extent {
-            None if self.extent.is_none() && read > 0 => Some(TileProblem::UnusableExtent { tile: tile() }),
+            None if self.extent.is_none() && read > 0 && self.is_las() => {
+                Some(TileProblem::UnusableExtent { tile: tile() })
+            }
             Some(_) if outside > 0 => Some(TileProblem::PointsOutsideExtent { tile: tile(), points: outside, read }),
             _ => None,
         };

@@ -26,7 +26,7 @@ impl Tile {
     /// The chunks of the octree nodes that touch the region, in the order of the file, and the number of points in the
     /// others; `None` when the tile is not COPC or its hierarchy is damaged (it can still be read as LAZ).
     pub(super) fn copc_nodes(&self, file: &mut (impl Read + Seek), region: &Region) -> Option<(Vec<Chunk>, u64)> {
-        let info = self.header.copc_info_vlr().filter(|_| self.is_copc)?;
+        let info = self.header.copc_info_vlr().filter(|_| self.is_copc && self.placement.is_identity())?;
         let mut chunks = Vec::new();
         let mut passed_over = 0;
         for Node { key, chunk } in self.hierarchy(file)? {

@@ -1,17 +1,19 @@
 //! From arguments to tiles.
 
+use super::cloud;
 use crate::error::{Error, InputError, Result};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-const WANTED: &str = "LAS, LAZ or COPC tiles: files, folders or glob patterns";
+const WANTED: &str = "LAS, LAZ, COPC, PLY or text files, folders or glob patterns";
 
 /// The tiles that `args` name: files, folders (the tiles directly in them) and glob patterns.
 ///
 /// Sorted and without duplicates, both by canonical path, so that neither the order of the arguments nor a tile that is
-/// named twice matters. A file named outright is taken whatever its extension; in folders and patterns only `.las` and
-/// `.laz` (so `.copc.laz` too), in upper or lower case, count as tiles.
+/// named twice matters. A file named outright is taken whatever its extension; in folders and patterns only `.las`, `.laz`
+/// (so `.copc.laz` too), `.ply`, `.xyz` and `.pts`, in upper or lower case, count as tiles, and in patterns that end with
+/// another extension of text, such as `.txt`, that one.
 ///
 /// # Errors
 /// An argument that does not exist, a pattern that is malformed or matches no tile, a folder without tiles, no argument
@@ -26,7 +28,7 @@ pub fn expand(args: &[String]) -> Result<Vec<PathBuf>> {
         let tiles = if path.is_dir() {
             let tiles = tiles_in(path)?;
             if tiles.is_empty() {
-                return Err(InputError::new(path, "a folder without .las or .laz files", WANTED)
+                return Err(InputError::new(path, "a folder without .las, .laz, .ply, .xyz or .pts files", WANTED)
                     .remedy("Folders are not searched recursively: use a pattern such as 'folder/**/*.laz'")
                     .into());
             }
@@ -65,12 +67,13 @@ fn matches(pattern: &str) -> Result<Vec<PathBuf>> {
     for path in paths {
         if path.is_dir() {
             tiles.extend(tiles_in(&path)?);
-        } else if is_tile(&path) {
+        } else if is_tile(&path) || is_meant(&path, pattern) {
             tiles.push(path);
         }
     }
     if tiles.is_empty() {
-        return Err(InputError::new(pattern, "a pattern that matches no .las or .laz file", WANTED).into());
+        let found = "a pattern that matches no .las, .laz, .ply, .xyz or .pts file";
+        return Err(InputError::new(pattern, found, WANTED).into());
     }
     Ok(tiles)
 }
@@ -114,5 +117,15 @@ fn tiles_in(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 fn is_tile(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("las") || e.eq_ignore_ascii_case("laz"))
+    let plain = cloud::TEXT[..cloud::PLAIN].iter();
+    ["las", "laz", "ply"].iter().chain(plain).any(|known| has_extension(path, known))
+}
+
+/// Whether a file of text is one because the pattern says its extension.
+fn is_meant(path: &Path, pattern: &str) -> bool {
+    cloud::TEXT.iter().any(|known| has_extension(path, known) && has_extension(Path::new(pattern), known))
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }

@@ -1,7 +1,8 @@
-//! Points: LAS 1.0 to 1.5, LAZ and COPC tiles, streamed so that memory stays flat whatever the file.
+//! Points: LAS 1.0 to 1.5, LAZ and COPC tiles, PLY and text, streamed so that memory stays flat whatever the file.
 //!
 //! - [`expand()`] turns arguments (files, globs, folders) into tiles.
-//! - [`Tile::open`] reads and checks the header, nothing more.
+//! - [`Tile::open`] reads and checks the header, nothing more; PLY and text, which have no index, once to their end.
+//! - [`Tile::placed`] brings coordinates of another unit or with another axis upwards to metres with heights along z.
 //! - [`Tile::stream`] hands out the points block by block; of a COPC tile only the octree nodes that are wanted.
 //! - [`Tile::summary`] streams once and counts.
 //! - [`SpillWriter`] makes tiles of points that come without a file.
@@ -14,12 +15,15 @@
 mod block;
 mod chunks;
 mod claims;
+mod cloud;
 mod copc;
 mod decode;
 mod expand;
 mod gps_time;
 mod header;
 mod layered_times;
+mod parcels;
+mod placement;
 mod problem;
 mod spill;
 mod stream;
@@ -33,6 +37,8 @@ mod tests;
 
 pub use block::{Block, ScanPoint};
 pub use expand::expand;
+pub use parcels::Parcels;
+pub use placement::{Placement, Unit, UpAxis};
 pub use problem::TileProblem;
 pub use spill::SpillWriter;
 pub use stream::{Reading, Region};

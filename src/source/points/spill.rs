@@ -5,7 +5,8 @@
 
 use super::block::ScanPoint;
 use super::header::Layout;
-use super::tile::{Extent, HIGHEST, LARGEST, Tile};
+use super::placement::Placement;
+use super::tile::{Extent, HIGHEST, LARGEST, Origin, Tile};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 use crate::source::reread::Reread;
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Bytes of a record: x, y, z, class, number of the return, flags, a blank, and the building; little-endian.
-const RECORD: usize = 32;
+pub(super) const RECORD: usize = 32;
 /// Bits of the flags, those of LAS 1.4 R15, table 16.
 const SYNTHETIC: u8 = 0x01;
 const WITHHELD: u8 = 0x04;
@@ -62,21 +63,14 @@ impl SpillWriter {
     /// # Errors
     /// A coordinate is not a finite number, or the temporary file cannot be written.
     pub fn push(&mut self, point: &ScanPoint) -> Result<()> {
-        let ScanPoint { position, class, return_number, synthetic, withheld, overlap, building } = *point;
+        let position = point.position;
         if let Some(axis) = position.iter().position(|value| !value.is_finite()) {
             let found = format!("{} = {}", ['x', 'y', 'z'][axis], position[axis]);
             let fault = InputError::new(&self.name, found, "finite coordinates").at(format!("point {}", self.points));
             return Err(fault.remedy("Leave such points out").into());
         }
-        let flag = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
         let mut record = [0; RECORD];
-        for (bytes, value) in record.chunks_exact_mut(8).zip(position) {
-            bytes.copy_from_slice(&value.to_le_bytes());
-        }
-        record[24] = class;
-        record[25] = return_number;
-        record[26] = flag(synthetic, SYNTHETIC) | flag(withheld, WITHHELD) | flag(overlap, OVERLAP);
-        record[28..].copy_from_slice(&building.unwrap_or(NO_BUILDING).to_le_bytes());
+        encode(point, &mut record);
         self.file.write_all(&record).map_err(|e| self.fault(e))?;
         if self.points.is_multiple_of(PART) {
             self.parts.push(Extent::EMPTY);
@@ -132,11 +126,15 @@ impl SpillWriter {
                 version: String::new(),
                 point_format: 0,
                 is_copc: false,
+                has_classes: true,
                 // They cover it together: the first says so for all.
                 covered: Some(covered.take().unwrap_or_default()),
                 buildings: buildings.clone(),
                 layout,
-                spill: Some(spill.clone()),
+                origin: Origin::Spill(spill.clone()),
+                placement: Placement::default(),
+                parcels: None,
+                raw_extent: (!extent.is_empty()).then_some(*extent),
             }
         };
         Ok((0..).zip(&parts).map(tile).collect())
@@ -169,7 +167,22 @@ pub(super) fn position(record: &[u8]) -> [f64; 3] {
     std::array::from_fn(|axis| f64::from_le_bytes(std::array::from_fn(|byte| record[8 * axis + byte])))
 }
 
-/// A record of [`SpillWriter`].
+/// Makes a record of a point.
+#[inline]
+pub(super) fn encode(point: &ScanPoint, record: &mut [u8; RECORD]) {
+    let ScanPoint { position, class, return_number, synthetic, withheld, overlap, building } = *point;
+    let flag = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
+    for (bytes, value) in record.chunks_exact_mut(8).zip(position) {
+        bytes.copy_from_slice(&value.to_le_bytes());
+    }
+    record[24] = class;
+    record[25] = return_number;
+    record[26] = flag(synthetic, SYNTHETIC) | flag(withheld, WITHHELD) | flag(overlap, OVERLAP);
+    record[27] = 0;
+    record[28..].copy_from_slice(&building.unwrap_or(NO_BUILDING).to_le_bytes());
+}
+
+/// A record of [`encode`].
 #[inline]
 pub(super) fn decode(record: &[u8]) -> ScanPoint {
     let (flags, building) = (record[26], u32::from_le_bytes([record[28], record[29], record[30], record[31]]));

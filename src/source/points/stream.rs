@@ -1,10 +1,12 @@
 //! Handing out the points of a tile, block by block.
 
-use super::block::Block;
+use super::block::{Block, ScanPoint};
 use super::chunks::{Chunk, Chunking, Compression};
+use super::cloud::Cloud;
 use super::decode::{Decoder, Fields, explain};
 use super::problem::TileProblem;
-use super::tile::Tile;
+use super::spill;
+use super::tile::{Origin, Tile};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -89,14 +91,21 @@ impl Tile {
         if layout.points == 0 {
             return Ok(reading);
         }
-        if let Some(spill) = &self.spill {
-            let mut out = Output::new(self.block(), &mut reading, visit);
-            self.stream_plain(&mut spill.reader(), &mut out);
-            return Ok(reading);
+        let mut out = Output::new(self.block(), &mut reading, visit);
+        match &self.origin {
+            Origin::Las => {}
+            Origin::Spill(spill) => {
+                self.stream_plain(&mut spill.reader(), &mut out);
+                return Ok(reading);
+            }
+            Origin::Cloud(cloud) => {
+                out.reading.expected = cloud.announced().unwrap_or(layout.points);
+                self.stream_cloud(cloud, &mut out)?;
+                return Ok(reading);
+            }
         }
         let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         let mut file = BufReader::with_capacity(1 << 16, file);
-        let mut out = Output::new(self.block(), &mut reading, visit);
         match &layout.compression {
             None => self.stream_plain(&mut file, &mut out),
             Some(compression) => {
@@ -140,6 +149,27 @@ impl Tile {
             out.hand_out(n as usize);
             left -= n;
         }
+    }
+
+    /// Points of another kind of file, made records.
+    fn stream_cloud(&self, cloud: &Cloud, out: &mut Output) -> Result<()> {
+        let mut filled = 0;
+        let fault = cloud.read(&self.path, &mut |position, class| {
+            if let Some(record) = out.block.resize(BLOCK as usize).as_chunks_mut().0.get_mut(filled) {
+                spill::encode(&ScanPoint::new(position, class), record);
+                filled += 1;
+            }
+            if filled as u64 == BLOCK {
+                out.hand_out(filled);
+                filled = 0;
+            }
+            if out.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
+        if filled > 0 && !out.is_over {
+            out.hand_out(filled);
+        }
+        out.reading.cause = fault.map(|fault| format!("{}: {}", fault.place, fault.found));
+        Ok(())
     }
 
     /// Chunks whose places are known: one that is damaged costs its own points only.

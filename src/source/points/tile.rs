@@ -2,8 +2,11 @@
 
 use super::block::{Block, Records};
 use super::claims;
+use super::cloud::{self, Cloud};
 use super::header::{self, Layout};
-use super::spill::Spill;
+use super::parcels::Parcels;
+use super::placement::Placement;
+use super::spill::{RECORD, Spill};
 use crate::error::Result;
 use crate::source::crs::Crs;
 use crate::source::open;
@@ -55,13 +58,24 @@ impl Extent {
     }
 }
 
-/// A LAS, LAZ or COPC file whose header has been read and checked, or points that came without a file (see
-/// [`SpillWriter`](super::SpillWriter)).
+/// Where the records of a tile stand.
+#[derive(Debug, Clone)]
+pub(super) enum Origin {
+    /// In a LAS file.
+    Las,
+    /// In a temporary file.
+    Spill(Spill),
+    /// In a file of another kind.
+    Cloud(Cloud),
+}
+
+/// A LAS, LAZ or COPC file whose header has been read and checked; a PLY or text file that has been looked through; or
+/// points that came without a file (see [`SpillWriter`](super::SpillWriter)).
 #[derive(Debug, Clone)]
 pub struct Tile {
     /// The file; the name of points that came without one.
     pub path: PathBuf,
-    /// Its header with the variable length records.
+    /// Its header with the variable length records; a blank one where it is no LAS file.
     pub header: las::Header,
     /// Its CRS, when it carries one.
     pub crs: Option<Crs>,
@@ -76,30 +90,40 @@ pub struct Tile {
     pub points: u64,
     /// Points that stand in the file beyond those, at least; nobody reads them.
     pub unannounced: u64,
-    /// LAS version, such as `1.4`.
+    /// LAS version, such as `1.4`; of other files how they are written.
     pub version: String,
-    /// Point format, 0 to 10.
+    /// Point format, 0 to 10; 0 where it is no LAS file.
     pub point_format: u8,
     /// Whether it is a cloud-optimised point cloud, whose octree can be queried.
     pub is_copc: bool,
+    /// Whether it says to which class points belong.
+    pub has_classes: bool,
     /// The areas that were scanned, where they are known otherwise than by the extent of the points; `None` where that is
     /// all that is known.
     pub covered: Option<Vec<Extent>>,
     /// The ids that [`ScanPoint::building`](super::ScanPoint::building) refers to; empty for files.
     pub buildings: Arc<[String]>,
     pub(super) layout: Layout,
-    pub(super) spill: Option<Spill>,
+    pub(super) origin: Origin,
+    pub(super) placement: Placement,
+    pub(super) parcels: Option<Arc<Parcels>>,
+    /// The extent in the coordinates of the file.
+    pub(super) raw_extent: Option<Extent>,
 }
 
 impl Tile {
-    /// Opens the tile at `path`: reads and checks the header, no point.
+    /// Opens the tile at `path`: reads and checks the header, no point. PLY and text are read once from beginning to end, for
+    /// they do not say where their points lie.
     ///
     /// # Errors
     /// The file cannot be read, or its header cannot be true; the message says what was found where. A CRS that cannot
     /// be understood is no error: it stands in [`Self::crs_fault`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let (file, size) = open::regular(path, "a LAS, LAZ or COPC tile")?;
+        if let Some(opened) = Cloud::open(path)? {
+            return Ok(Self::of_cloud(path, opened));
+        }
+        let (file, size) = open::regular(path, cloud::WANTED)?;
         let mut file = BufReader::new(file);
         let (header, layout) = header::read(path, &mut file, size)?;
         let (chunks, surplus) = claims::chunks(&mut file, &layout, layout.compression.as_ref());
@@ -122,12 +146,93 @@ impl Tile {
             version: format!("1.{}", layout.version_minor),
             point_format: layout.point_format,
             is_copc: header.copc_info_vlr().is_some() && header.evlrs().iter().any(las::Vlr::is_copc_hierarchy),
+            has_classes: true,
             header,
             covered: None,
             buildings: Arc::default(),
             layout,
-            spill: None,
+            origin: Origin::Las,
+            placement: Placement::default(),
+            parcels: None,
+            raw_extent: extent,
         })
+    }
+
+    fn of_cloud(path: &Path, opened: cloud::Opened) -> Self {
+        let cloud::Opened { cloud, points, extent, size } = opened;
+        let extent = (!extent.is_empty()).then_some(extent);
+        let layout = Layout {
+            version_minor: 0,
+            point_format: 0,
+            data_start: 0,
+            data_end: None,
+            file_size: size,
+            points,
+            record_len: RECORD,
+            compression: None,
+        };
+        Self {
+            path: path.to_path_buf(),
+            header: las::Header::default(),
+            crs: None,
+            crs_fault: None,
+            extent,
+            stated_extent: None,
+            points,
+            unannounced: 0,
+            version: cloud.describe(),
+            point_format: 0,
+            is_copc: false,
+            has_classes: cloud.has_classes(),
+            covered: None,
+            buildings: Arc::default(),
+            layout,
+            origin: Origin::Cloud(cloud),
+            placement: Placement::default(),
+            parcels: None,
+            raw_extent: extent,
+        }
+    }
+
+    /// The same tile with its coordinates brought to metres and its heights to z. What that does to a CRS that it names is
+    /// for the caller to know.
+    #[must_use]
+    pub fn placed(self, placement: Placement) -> Self {
+        let turned = |extent: Extent| {
+            let mut turned = Extent::EMPTY;
+            turned.grow(placement.apply(extent.min));
+            turned.grow(placement.apply(extent.max));
+            turned
+        };
+        Self {
+            extent: self.raw_extent.map(turned),
+            stated_extent: self.stated_extent.map(turned),
+            covered: self.covered.map(|areas| areas.into_iter().map(turned).collect()),
+            placement,
+            ..self
+        }
+    }
+
+    /// The same tile with points that name no building naming the one whose parcel they lie in, as a place in `buildings`.
+    #[must_use]
+    pub fn with_parcels(self, buildings: Arc<[String]>, parcels: Arc<Parcels>) -> Self {
+        Self { buildings, parcels: Some(parcels), ..self }
+    }
+
+    /// What kind of file it is.
+    pub fn kind(&self) -> &'static str {
+        match (&self.origin, self.is_copc, &self.layout.compression) {
+            (Origin::Las, true, _) => "COPC",
+            (Origin::Las, false, Some(_)) => "LAZ",
+            (Origin::Las, false, None) => "LAS",
+            (Origin::Spill(_), ..) => "points",
+            (Origin::Cloud(cloud), ..) => cloud.kind(),
+        }
+    }
+
+    /// Whether it is a LAS, LAZ or COPC file, with the records of one.
+    pub fn is_las(&self) -> bool {
+        matches!(self.origin, Origin::Las)
     }
 
     /// The areas that were scanned: [`Self::covered`], or the extent.
@@ -144,21 +249,26 @@ impl Tile {
 
     /// An empty block for records of this tile.
     pub(super) fn block(&self) -> Block {
-        if self.spill.is_some() {
-            return Block::new(self.layout.record_len, Records::Spilled);
+        if !self.is_las() {
+            return Block::new(self.layout.record_len, Records::Spilled(self.placement), self.parcels.clone());
         }
         let transforms = *self.header.transforms();
         let axes = [transforms.x, transforms.y, transforms.z];
         let plausible = std::array::from_fn(|axis| {
-            let (low, high) = self.extent.map_or((-LARGEST, LARGEST), |extent| {
+            let (low, high) = self.raw_extent.map_or((-LARGEST, LARGEST), |extent| {
                 let leeway = LEEWAY.max(extent.max[axis] - extent.min[axis]);
                 (extent.min[axis] - leeway, extent.max[axis] + leeway)
             });
-            let most = if axis == 2 { HIGHEST } else { LARGEST };
+            let most = if axis == 2 && self.placement.is_identity() { HIGHEST } else { LARGEST };
             stored_range(axes[axis], low.max(-most), high.min(most))
         });
         let extended = self.header.point_format().is_extended;
-        Block::new(self.layout.record_len, Records::Las { extended, transforms, plausible })
+        let placement = self.placement;
+        Block::new(
+            self.layout.record_len,
+            Records::Las { extended, transforms, plausible, placement },
+            self.parcels.clone(),
+        )
     }
 }
 

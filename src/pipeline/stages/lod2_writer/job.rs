@@ -12,6 +12,7 @@ use crate::run::{self, FootprintSource, Job};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{Format, PointCloud};
 use crate::source::footprints::FootprintOptions;
+use crate::source::points::{Placement, Unit, UpAxis};
 
 /// The job without its points.
 ///
@@ -57,6 +58,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         resume: values.is_on("resume"),
         report: values.text("report").map(PathBuf::from),
         crs: given("crs"),
+        placement: placement(values),
         threads: values.whole("jobs").and_then(|jobs| NonZeroUsize::new(usize::try_from(jobs).ok()?)),
         segmentation,
         parameters: structure::<Parameters>(values)?,
@@ -66,6 +68,13 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     };
     job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
     Ok(job)
+}
+
+/// How coordinates without a CRS are meant.
+fn placement(values: &Values) -> Option<Placement> {
+    let unit = values.text("unit").and_then(|name| Unit::ALL.into_iter().find(|unit| unit.name().0 == name));
+    let up = values.text("up_axis").and_then(|name| UpAxis::ALL.into_iter().find(|up| up.name().0 == name));
+    Placement::given(unit, up)
 }
 
 /// A structure with what was given of its fields.

@@ -24,8 +24,8 @@ fn arguments_become_sorted_tiles_without_duplicates() {
     assert_eq!(expand(&[inside("**/*")]).unwrap(), [a, b, c]);
     let refused = |name: &str| expand(&[inside(name)]).unwrap_err().to_string();
     assert!(refused("d.laz").contains("no such file or folder"));
-    assert!(refused("d*.laz").contains("matches no .las or .laz file"));
-    assert!(refused("empty").contains("a folder without .las or .laz files"));
+    assert!(refused("d*.laz").contains("matches no .las, .laz, .ply"));
+    assert!(refused("empty").contains("a folder without .las, .laz, .ply"));
     assert!(refused("[").contains("malformed"));
     assert!(expand(&[]).unwrap_err().to_string().contains("no argument"));
 }
@@ -48,5 +48,5 @@ fn links_that_lead_back_do_not_make_a_pattern_endless() {
     assert_eq!(expand(&[pattern("a/**/t*.laz")]).unwrap(), [folder.path().join("a/tile.laz")]);
     // A link before the first wildcard is meant.
     assert_eq!(expand(&[pattern("a/1/b/**/*.laz")]).unwrap(), [folder.path().join("a/1/b/tile.laz")]);
-    assert!(expand(&[pattern("**/*.las")]).unwrap_err().to_string().contains("matches no .las or .laz file"));
+    assert!(expand(&[pattern("**/*.las")]).unwrap_err().to_string().contains("matches no .las, .laz, .ply"));
 }
