@@ -109,6 +109,9 @@ pub struct Site {
     pub ground_points: Vec<Point3<f64>>,
     /// The ground around the building.
     pub ground: Ground,
+    /// The ground along the outline of the footprint: places on it, in local metres, with the height of the ground there;
+    /// only where ground was seen nearby, so there may be none.
+    pub ground_line: Vec<Point3<f64>>,
     /// How far the tiles cover the footprint.
     pub coverage: Coverage,
     /// The part of the footprint that the tiles cover, where that is not all of it; local metres.
@@ -132,6 +135,7 @@ impl Site {
             points,
             ground_points: Vec::new(),
             ground: Ground { height: ground, spread: 0.0, source: GroundSource::GroundPoints },
+            ground_line: Vec::new(),
             coverage: Coverage { share: 1.0 },
             covered: None,
             attributes: Map::new(),

@@ -24,7 +24,7 @@ mod vegetation;
 mod tests;
 
 pub use counts::{DroppedPoints, PointCounts};
-pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions, UseFlagged};
+pub use options::{AnyClass, BuildingClasses, GroundLevel, NOISE, SegmentOptions, UseFlagged};
 
 use crate::error::Result;
 use crate::site::{Coverage, Ground, Site};
@@ -148,7 +148,7 @@ fn join(
     let mut notes = Vec::with_capacity(footprints.len());
     let places = all.frames.into_iter().zip(all.polygons);
     for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
-        let Finished { points, ground_points, ground, coverage, covered } = finished;
+        let Finished { points, ground_points, ground, ground_line, coverage, covered } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
         sites.push(Site {
             id,
@@ -157,6 +157,7 @@ fn join(
             points,
             ground_points,
             ground,
+            ground_line,
             coverage,
             covered,
             attributes,
@@ -180,6 +181,7 @@ struct Finished {
     points: Vec<Point3<f64>>,
     ground_points: Vec<Point3<f64>>,
     ground: Ground,
+    ground_line: Vec<Point3<f64>>,
     coverage: Coverage,
     covered: Option<MultiPolygon<f64>>,
 }
@@ -200,7 +202,7 @@ fn finish(
     points.sort_unstable_by(lexicographic);
     dropped.duplicate = without(&mut points, Vec::dedup);
     let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
-    let ground = ground::estimate(index, all, thinned.0, thinned.1, lowest_point, options);
+    let (ground, ground_line) = ground::estimate(index, all, thinned.0, thinned.1, lowest_point, options);
     if has_points {
         if options.building_classes.is_any() {
             let least = ground.height + options.least_height;
@@ -215,7 +217,9 @@ fn finish(
     let coverage = coverage::coverage(polygon, frame, rectangles);
     let covered = if coverage.is_complete() { None } else { coverage::covered(polygon, frame, rectangles) };
     let points = points.into_iter().map(Point3::from).collect();
-    (Finished { points, ground_points: Vec::new(), ground, coverage, covered }, has_points.then_some(counts))
+    let ground_line = ground_line.into_iter().map(Point3::from).collect();
+    let finished = Finished { points, ground_points: Vec::new(), ground, ground_line, coverage, covered };
+    (finished, has_points.then_some(counts))
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

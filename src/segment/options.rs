@@ -90,6 +90,19 @@ impl UseFlagged {
     }
 }
 
+/// Which height of the ground is the floor of a building.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GroundLevel {
+    /// The low side of the ground along the outline: the building stands in a slope.
+    #[default]
+    Lowest,
+    /// The median height of the ground along the outline.
+    Median,
+    /// The height of the plane through the ground around at the centre of the footprint.
+    Plane,
+}
+
 /// How tiles and footprints become sites. All lengths are metres, whatever the unit of the CRS.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -106,8 +119,11 @@ pub struct SegmentOptions {
     pub ring_limit: f64,
     /// How much ground is enough, square metres that hold a ground point.
     pub ring_area: u32,
-    /// The height of the ground is this percentile of the ground heights in the ring. Low, so that the walls of a
-    /// building on a slope reach down to the terrain at its lowest side; not the minimum, which is any outlier's.
+    /// Which height of the ground along the outline of a footprint is its floor.
+    pub ground: GroundLevel,
+    /// With `lowest`: the floor is this percentile of the height of the ground along the outline: of a surface without the
+    /// noise of its points, so that it is the ground itself where that is flat. Low, so that the walls of a building on a
+    /// slope reach down to the terrain at its lowest side; not the minimum, which is any cellar stair's.
     pub ground_percentile: f64,
     /// With `any`: points lower than this above the ground are not building points, metres.
     pub least_height: f64,
@@ -131,6 +147,7 @@ impl Default for SegmentOptions {
             ring_width: 3.0,
             ring_limit: 24.0,
             ring_area: 12,
+            ground: GroundLevel::Lowest,
             ground_percentile: 5.0,
             least_height: 1.5,
             flatness: 0.03,

@@ -1,12 +1,20 @@
 //! The ground around a building.
 //!
 //! Ground points are thinned while they stream by ([`super::thinned`]), which gives every part of the ring the same
-//! weight whatever the overlap of strips.
+//! weight whatever the overlap of strips. What is left is taken for a [surface](surface::Surface) with noise: the floor is
+//! where this surface meets the outline, not some low point of the ring.
+
+mod fit;
+mod outline;
+mod surface;
+
+use surface::Surface;
 
 use super::neighbourhood::{Neighbourhood, to_local};
-use super::options::SegmentOptions;
+use super::options::{GroundLevel, SegmentOptions};
 use super::thinned::Thinned;
 use crate::site::{Frame, Ground, GroundSource, Site};
+use geo::{Centroid, MultiPolygon};
 
 /// Side of the cells of the ground, metres.
 pub(super) const GROUND_CELL: f64 = 1.0;
@@ -19,7 +27,7 @@ const FEWEST_CELLS: usize = 4;
 /// Where the floors of more than this share of the buildings are guessed, it is told for the run as a whole.
 const MANY_GUESSES: f64 = 0.1;
 
-/// The ground around footprint `index`, in its local frame.
+/// The ground around footprint `index`, in its local frame, with its line along the outline.
 ///
 /// From ground points in a ring outside the footprint and outside all others, widened until there is enough of it; then
 /// from the lowest points of any class inside the footprint and in the ring; then from `lowest_point`, the height of the
@@ -31,27 +39,72 @@ pub(super) fn estimate(
     lowest: &Thinned,
     lowest_point: Option<f64>,
     options: &SegmentOptions,
-) -> Ground {
+) -> (Ground, Vec<[f64; 3]>) {
     let mut width = options.ring_width;
     loop {
-        let heights = heights_around(index, all, ground, width, false);
-        if heights.len() >= options.ring_area as usize {
-            return robust(heights, options.ground_percentile, GroundSource::GroundPoints);
-        }
-        if width >= options.ring_limit {
-            if heights.len() >= FEWEST_CELLS {
-                return robust(heights, options.ground_percentile, GroundSource::GroundPoints);
+        let points = points_around(index, all, ground, width, false);
+        let is_enough = points.len() >= options.ring_area as usize;
+        if is_enough || (width >= options.ring_limit && points.len() >= FEWEST_CELLS) {
+            if let Some(found) = along_outline(&all.polygons[index], points, width, options) {
+                return found;
             }
+        }
+        if is_enough || width >= options.ring_limit {
             break;
         }
         width = (2.0 * width).min(options.ring_limit);
     }
-    let heights = heights_around(index, all, lowest, options.ring_width, true);
+    let mut heights: Vec<f64> =
+        points_around(index, all, lowest, options.ring_width, true).into_iter().map(|p| p[2]).collect();
+    heights.sort_unstable_by(f64::total_cmp);
     if heights.len() >= FEWEST_CELLS {
-        return robust(heights, options.ground_percentile, GroundSource::LowestPoints);
+        let height = percentile(&heights, options.ground_percentile);
+        return (Ground { height, spread: spread(&heights), source: GroundSource::LowestPoints }, Vec::new());
     }
     let height = heights.into_iter().chain(lowest_point).reduce(f64::min).unwrap_or(0.0);
-    Ground { height, spread: 0.0, source: GroundSource::BoundingBox }
+    (Ground { height, spread: 0.0, source: GroundSource::BoundingBox }, Vec::new())
+}
+
+/// The ground that `points` (local metres, at most `width` from the outline of `polygon`) show where they come near it.
+fn along_outline(
+    polygon: &MultiPolygon<f64>,
+    points: Vec<[f64; 3]>,
+    width: f64,
+    options: &SegmentOptions,
+) -> Option<(Ground, Vec<[f64; 3]>)> {
+    let mut heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    let surface = Surface::of(points)?;
+    let line = line(polygon, &surface, width + GROUND_CELL);
+    let height = match options.ground {
+        GroundLevel::Lowest => percentile(&sorted_heights(&line), options.ground_percentile),
+        GroundLevel::Median => percentile(&sorted_heights(&line), 50.0),
+        GroundLevel::Plane => {
+            let centre = polygon.centroid()?;
+            surface.plane_at([centre.x(), centre.y()])
+        }
+    };
+    Some((Ground { height, spread: spread(&heights), source: GroundSource::GroundPoints }, line))
+}
+
+/// The height of `surface` along the outline, where a point of it lies within `reach` metres: where none does, along party
+/// walls or where a neighbour stands, it would be made up. Without any such place, all of them.
+fn line(polygon: &MultiPolygon<f64>, surface: &Surface, reach: f64) -> Vec<[f64; 3]> {
+    let places = outline::places(polygon);
+    let raised = |place: &[f64; 2]| [place[0], place[1], surface.at(*place)];
+    let near: Vec<_> = places.iter().filter(|place| surface.distance(**place) <= reach).map(raised).collect();
+    if near.is_empty() { places.iter().map(raised).collect() } else { near }
+}
+
+fn sorted_heights(line: &[[f64; 3]]) -> Vec<f64> {
+    let mut heights: Vec<f64> = line.iter().map(|p| p[2]).collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    heights
+}
+
+/// The interquartile range of sorted heights.
+fn spread(heights: &[f64]) -> f64 {
+    percentile(heights, 75.0) - percentile(heights, 25.0)
 }
 
 /// What is said of a building whose floor was guessed; `None` for others.
@@ -89,9 +142,9 @@ pub(super) fn inside(frame: &Frame, ground: Option<&Thinned>) -> Vec<[f64; 3]> {
     points
 }
 
-/// Heights (local metres) of the points of `thinned` within `width` metres of the footprint, those inside it included
+/// The points of `thinned` (local metres) within `width` metres of the footprint, those inside it included
 /// or not, those inside other footprints excluded.
-fn heights_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f64, inside: bool) -> Vec<f64> {
+fn points_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f64, inside: bool) -> Vec<[f64; 3]> {
     let Some((low, high)) = all.surroundings(index, width) else { return Vec::new() };
     let points = thinned.within(low, high);
     if points.is_empty() {
@@ -105,15 +158,9 @@ fn heights_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f
         } else {
             prepared.boundary_distance([x, y], width) <= width && !all.is_inside_another(position, index)
         };
-        wanted.then_some(z)
+        wanted.then_some([x, y, z])
     });
     kept.collect()
-}
-
-fn robust(mut heights: Vec<f64>, percent: f64, source: GroundSource) -> Ground {
-    heights.sort_unstable_by(f64::total_cmp);
-    let height = percentile(&heights, percent);
-    Ground { height, spread: percentile(&heights, 75.0) - percentile(&heights, 25.0), source }
 }
 
 /// The percentile of sorted values, interpolated between neighbours; 0 of none.
