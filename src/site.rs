@@ -59,11 +59,17 @@ impl Frame {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GroundSource {
+    /// An attribute of the footprint that the user named.
+    Attribute,
+    /// A terrain model that the user gave.
+    TerrainModel,
     /// Ground-class points in a ring around the footprint.
     GroundPoints,
-    /// The lowest points inside the footprint, for want of ground points.
+    /// The floors of neighbours, for want of ground points.
+    Neighbours,
+    /// The lowest points around the building and on its walls, for want of ground points.
     LowestPoints,
-    /// The bottom face of the axis-aligned bounding box, for want of both.
+    /// The bottom face of the axis-aligned bounding box, for want of all these.
     BoundingBox,
 }
 

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Noise classes of the ASPRS (low point, high noise); never used.
@@ -125,6 +126,12 @@ pub struct SegmentOptions {
     /// noise of its points, so that it is the ground itself where that is flat. Low, so that the walls of a building on a
     /// slope reach down to the terrain at its lowest side; not the minimum, which is any cellar stair's.
     pub ground_percentile: f64,
+    /// Attribute of the footprints that holds the height of the floor, in the vertical unit of the CRS of the points; it goes
+    /// before a terrain model and the points. Where it holds no number the floor comes from these, with a note.
+    pub ground_attribute: Option<String>,
+    /// Terrain model from which the height of the ground is taken: a GeoTIFF in any CRS, its heights in the vertical system
+    /// of the points. It goes before the points; where it has no height they are asked.
+    pub dtm: Option<PathBuf>,
     /// With `any`: points lower than this above the ground are not building points, metres.
     pub least_height: f64,
     /// With `any`: a point is vegetation when neither it nor a neighbour of it lies in a flat neighbourhood: one whose
@@ -149,6 +156,8 @@ impl Default for SegmentOptions {
             ring_area: 12,
             ground: GroundLevel::Lowest,
             ground_percentile: 5.0,
+            ground_attribute: None,
+            dtm: None,
             least_height: 1.5,
             flatness: 0.03,
             hover_gap: 3.0,

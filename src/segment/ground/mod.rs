@@ -1,119 +1,149 @@
-//! The ground around a building.
+//! The ground around a building, and its floor.
 //!
 //! Ground points are thinned while they stream by ([`super::thinned`]), which gives every part of the ring the same
 //! weight whatever the overlap of strips. What is left is taken for a [surface](surface::Surface) with noise: the floor is
 //! where this surface meets the outline, not some low point of the ring.
+//!
+//! The floor comes from the first of these that there is: an attribute of the footprint that the user names
+//! ([`stated`]), a terrain model that the user gives, the ground points around ([`around`]), the floors of neighbours that
+//! come from one of these ([`neighbours`]), the lowest points around the building and on its walls ([`feet`]), the floors of
+//! neighbours that come from those, and the lower end of its own points ([`bottom`]). Of neighbours and lowest points the
+//! surer one is taken, and never a floor above the lowest point of a wall.
 
+mod around;
+mod bottom;
+mod feet;
 mod fit;
+mod neighbours;
 mod outline;
+mod stated;
 mod surface;
 
-use surface::Surface;
+use around::{Around, Level};
+use geo::Centroid;
+use neighbours::{Known, Neighbours};
+use rayon::prelude::*;
+pub(super) use stated::{Stated, read as read_stated};
 
+use super::Meaning;
 use super::neighbourhood::{Neighbourhood, to_local};
-use super::options::{GroundLevel, SegmentOptions};
-use super::thinned::Thinned;
+use super::options::SegmentOptions;
+use super::thinned::{Choice, Thinned};
 use crate::site::{Frame, Ground, GroundSource, Site};
-use geo::{Centroid, MultiPolygon};
 
 /// Side of the cells of the ground, metres.
 pub(super) const GROUND_CELL: f64 = 1.0;
 /// Side of the cells of the ground inside footprints, metres; of open ground every part counts, so they are small.
 pub(super) const OPEN_CELL: f64 = 0.5;
 /// Side of the cells of the lowest points, metres; wide, so that a cell under a tree sees the ground somewhere.
-pub(super) const LOWEST_CELL: f64 = 2.0;
-/// Fewer cells than this say nothing of the ground.
-const FEWEST_CELLS: usize = 4;
+const LOWEST_CELL: f64 = 2.0;
+/// Side of the cells of the lowest building points, metres; narrow, since on a wall every point tells.
+const FEET_CELL: f64 = 1.0;
 /// Where the floors of more than this share of the buildings are guessed, it is told for the run as a whole.
 const MANY_GUESSES: f64 = 0.1;
+/// Floors from lowest points that vary by more than this, metres, are no help to neighbours.
+const UNSURE: f64 = 0.5;
 
-/// The ground around footprint `index`, in its local frame, with its line along the outline.
-///
-/// From ground points in a ring outside the footprint and outside all others, widened until there is enough of it; then
-/// from the lowest points of any class inside the footprint and in the ring; then from `lowest_point`, the height of the
-/// lowest building point (or 0 without any).
-pub(super) fn estimate(
-    index: usize,
+/// The lowest points around footprints, thinned.
+pub(super) struct Lows {
+    /// Of all that is not of a building, or may be: where every class may be a building's, of all.
+    pub others: Thinned,
+    /// Of the building classes, where they are listed.
+    pub building: Thinned,
+}
+
+impl Lows {
+    /// None yet.
+    pub fn new(metres_per_unit: [f64; 3]) -> Self {
+        Self {
+            others: Thinned::new(Choice::Lowest, LOWEST_CELL, metres_per_unit),
+            building: Thinned::new(Choice::Lowest, FEET_CELL, metres_per_unit),
+        }
+    }
+
+    /// Takes over what another one kept.
+    pub fn merge(&mut self, other: Self) {
+        self.others.merge(other.others);
+        self.building.merge(other.building);
+    }
+}
+
+/// The ground of a footprint, and the ground along its outline (local metres) where it was seen.
+pub(super) type Found = (Ground, Vec<[f64; 3]>);
+
+/// The ground of every footprint. `points` gives the building points of each, local metres; `stated` what
+/// the user says; `meaning` what the footprints are.
+pub(super) fn estimate<P: AsRef<[[f64; 3]]> + Sync>(
     all: &Neighbourhood,
     ground: &Thinned,
-    lowest: &Thinned,
-    lowest_point: Option<f64>,
+    lows: &Lows,
+    points: &[P],
+    stated: &Stated,
+    meaning: Meaning,
     options: &SegmentOptions,
-) -> (Ground, Vec<[f64; 3]>) {
-    let mut width = options.ring_width;
-    loop {
-        let points = points_around(index, all, ground, width, false);
-        let is_enough = points.len() >= options.ring_area as usize;
-        if is_enough || (width >= options.ring_limit && points.len() >= FEWEST_CELLS) {
-            if let Some(found) = along_outline(&all.polygons[index], points, width, options) {
-                return found;
-            }
-        }
-        if is_enough || width >= options.ring_limit {
-            break;
-        }
-        width = (2.0 * width).min(options.ring_limit);
+) -> Vec<Found> {
+    let looks: Vec<Around> = points
+        .par_iter()
+        .enumerate()
+        .map(|(index, points)| around::look(index, all, ground, lows, points.as_ref(), meaning, options))
+        .collect();
+    let middles: Vec<Option<[f64; 2]>> = (0..looks.len()).map(|index| middle(all, index)).collect();
+    let mut known: Vec<Known> = Vec::new();
+    let mut found: Vec<Option<Found>> = Vec::new();
+    for ((index, look), middle) in looks.iter().enumerate().zip(&middles) {
+        let sure = stated.of(index, look.ground.as_ref(), options);
+        known.extend(middle.zip(sure.as_ref().map(|(ground, _)| ground.height)));
+        found.push(sure);
     }
-    let mut heights: Vec<f64> =
-        points_around(index, all, lowest, options.ring_width, true).into_iter().map(|p| p[2]).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    if heights.len() >= FEWEST_CELLS {
-        let height = percentile(&heights, options.ground_percentile);
-        return (Ground { height, spread: spread(&heights), source: GroundSource::LowestPoints }, Vec::new());
-    }
-    let height = heights.into_iter().chain(lowest_point).reduce(f64::min).unwrap_or(0.0);
-    (Ground { height, spread: 0.0, source: GroundSource::BoundingBox }, Vec::new())
+    let sure = Neighbours::new(known.clone());
+    // Neighbours whose own floors come from their lowest points help only those that have none better.
+    let guessed = looks.iter().zip(&middles).zip(&found).filter(|(_, found)| found.is_none());
+    known.extend(guessed.filter_map(|((look, middle), _)| {
+        let level = look.lowest.as_ref().filter(|level| level.spread <= UNSURE)?;
+        Some(((*middle)?, level.height))
+    }));
+    let any = Neighbours::new(known);
+    let each = found.into_par_iter().zip(looks).zip(middles);
+    each.map(|((found, look), middle)| found.unwrap_or_else(|| (guessed_floor(look, middle, &sure, &any), Vec::new())))
+        .collect()
 }
 
-/// The ground that `points` (local metres, at most `width` from the outline of `polygon`) show where they come near it.
-fn along_outline(
-    polygon: &MultiPolygon<f64>,
-    points: Vec<[f64; 3]>,
-    width: f64,
-    options: &SegmentOptions,
-) -> Option<(Ground, Vec<[f64; 3]>)> {
-    let mut heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    let surface = Surface::of(points)?;
-    let line = line(polygon, &surface, width + GROUND_CELL);
-    let height = match options.ground {
-        GroundLevel::Lowest => percentile(&sorted_heights(&line), options.ground_percentile),
-        GroundLevel::Median => percentile(&sorted_heights(&line), 50.0),
-        GroundLevel::Plane => {
-            let centre = polygon.centroid()?;
-            surface.plane_at([centre.x(), centre.y()])
-        }
+/// The floor of a building that nothing sure is known of.
+fn guessed_floor(look: Around, middle: Option<[f64; 2]>, sure: &Neighbours, any: &Neighbours) -> Ground {
+    let Around { lowest, ceiling, bottom, .. } = look;
+    let lowest = lowest.map(|Level { height, spread, .. }| (height, spread));
+    let beside = |neighbours: &Neighbours| {
+        let (height, spread) = neighbours.at(middle?)?;
+        let surer = lowest.is_none_or(|(_, own)| spread < own);
+        (surer && ceiling.is_none_or(|ceiling| height <= ceiling)).then_some((height, spread))
     };
-    Some((Ground { height, spread: spread(&heights), source: GroundSource::GroundPoints }, line))
+    let sources = [
+        (beside(sure), GroundSource::Neighbours),
+        (lowest.filter(|(_, spread)| *spread <= UNSURE), GroundSource::LowestPoints),
+        (beside(any), GroundSource::Neighbours),
+        (lowest, GroundSource::LowestPoints),
+        (bottom.map(|height| (height, 0.0)), GroundSource::BoundingBox),
+    ];
+    let first = sources.into_iter().find_map(|(level, source)| Some((level?, source)));
+    let ((height, spread), source) = first.unwrap_or(((0.0, 0.0), GroundSource::BoundingBox));
+    Ground { height, spread, source }
 }
 
-/// The height of `surface` along the outline, where a point of it lies within `reach` metres: where none does, along party
-/// walls or where a neighbour stands, it would be made up. Without any such place, all of them.
-fn line(polygon: &MultiPolygon<f64>, surface: &Surface, reach: f64) -> Vec<[f64; 3]> {
-    let places = outline::places(polygon);
-    let raised = |place: &[f64; 2]| [place[0], place[1], surface.at(*place)];
-    let near: Vec<_> = places.iter().filter(|place| surface.distance(**place) <= reach).map(raised).collect();
-    if near.is_empty() { places.iter().map(raised).collect() } else { near }
-}
-
-fn sorted_heights(line: &[[f64; 3]]) -> Vec<f64> {
-    let mut heights: Vec<f64> = line.iter().map(|p| p[2]).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    heights
-}
-
-/// The interquartile range of sorted heights.
-fn spread(heights: &[f64]) -> f64 {
-    percentile(heights, 75.0) - percentile(heights, 25.0)
+/// The middle of a footprint, metres of the CRS; `None` of an empty one.
+fn middle(all: &Neighbourhood, index: usize) -> Option<[f64; 2]> {
+    let (frame, centre) = (&all.frames[index], all.polygons[index].centroid()?);
+    let local = [centre.x(), centre.y()];
+    Some([0, 1].map(|axis| frame.origin[axis] * frame.metres_per_unit[axis] + local[axis]))
 }
 
 /// What is said of a building whose floor was guessed; `None` for others.
 pub(super) fn guess(site: &Site) -> Option<String> {
     let from = match site.ground.source {
         _ if site.points.is_empty() => return None,
-        GroundSource::GroundPoints => return None,
-        GroundSource::LowestPoints => "the lowest points in and around it",
-        GroundSource::BoundingBox => "its lowest point",
+        GroundSource::Attribute | GroundSource::TerrainModel | GroundSource::GroundPoints => return None,
+        GroundSource::Neighbours => "the floors of its neighbours",
+        GroundSource::LowestPoints => "the lowest points around it and on its walls",
+        GroundSource::BoundingBox => "the lower end of its points",
     };
     Some(format!("no ground points around it: the height of its floor was guessed from {from}"))
 }
@@ -127,9 +157,10 @@ pub(super) fn guesses(sites: &[Site], options: &SegmentOptions) -> Option<String
     }
     let classes: Vec<String> = options.ground_classes.iter().map(u8::to_string).collect();
     Some(format!(
-        "the floors of {guessed} of {with_points} buildings were guessed from their lowest points, for want of points of \
-         ground class {} around them: they may be too high, and heights and volumes too small; --ground-class says which \
-         classes are ground",
+        "the floors of {guessed} of {with_points} buildings were guessed from their neighbours or their lowest points, for \
+         want of points of ground class {} around them: they may be too high, and heights and volumes too small; \
+         --ground-class says which classes are ground, --ground-attribute which attribute of the footprints has the \
+         heights of their floors, --dtm where a terrain model lies",
         classes.join(",")
     ))
 }
@@ -140,27 +171,6 @@ pub(super) fn inside(frame: &Frame, ground: Option<&Thinned>) -> Vec<[f64; 3]> {
     let mut points: Vec<_> = kept.into_iter().map(|position| to_local(frame, position)).collect();
     points.sort_unstable_by(super::lexicographic);
     points
-}
-
-/// The points of `thinned` (local metres) within `width` metres of the footprint, those inside it included
-/// or not, those inside other footprints excluded.
-fn points_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f64, inside: bool) -> Vec<[f64; 3]> {
-    let Some((low, high)) = all.surroundings(index, width) else { return Vec::new() };
-    let points = thinned.within(low, high);
-    if points.is_empty() {
-        return Vec::new();
-    }
-    let (frame, prepared) = (&all.frames[index], all.prepared(index));
-    let kept = points.into_iter().filter_map(|position| {
-        let [x, y, z] = to_local(frame, position);
-        let wanted = if prepared.contains([x, y]) {
-            inside
-        } else {
-            prepared.boundary_distance([x, y], width) <= width && !all.is_inside_another(position, index)
-        };
-        wanted.then_some([x, y, z])
-    });
-    kept.collect()
 }
 
 /// The percentile of sorted values, interpolated between neighbours; 0 of none.

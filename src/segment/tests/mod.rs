@@ -1,6 +1,7 @@
 //! Made-up villages, from tiles to sites.
 
 mod claims;
+mod floors;
 mod ground;
 mod naming;
 mod prepared;
