@@ -18,6 +18,8 @@ const BELOW_MIDDLE: f64 = 1.0;
 /// Lowest points that lie within this about a surface, standard deviation in metres, are of that surface; else there are
 /// plants among them, and only the lowest of them count.
 const EVEN: f64 = 0.3;
+/// Fewer ground points than this have no shape.
+const FEWEST_EVEN: usize = 12;
 /// How far outside the outline points of its walls are looked for, metres.
 const BESIDE: f64 = 0.75;
 
@@ -28,6 +30,8 @@ pub(super) struct Level {
     pub height: f64,
     /// How much the heights that it comes from vary, metres.
     pub spread: f64,
+    /// How unsure it is, metres; nothing of ground points, which go first anyhow.
+    pub unsure: f64,
     /// Places on the outline with the height of the ground there; none where no ground was seen.
     pub line: Vec<[f64; 3]>,
 }
@@ -65,13 +69,20 @@ pub(super) fn look(
     let has_walls = meaning == Meaning::Outlines;
     let beside = if has_walls { points_around(index, all, &lows.building, BESIDE) } else { Vec::new() };
     let feet = feet::of(all.prepared(index), points, &beside).filter(|_| has_walls);
-    let open = from_lowest(&all.polygons[index], others, options)
+    let open = from_lowest(&all.polygons[index], &others, options)
         .filter(|level| heights.is_empty() || level.height < middle - BELOW_MIDDLE);
-    let walls = feet.map(|Feet { height, spacing, .. }| Level { height, spread: spacing, line: Vec::new() });
+    let walls = feet.filter(|feet| feet.is_wall);
+    let on_walls =
+        walls.map(|Feet { height, spacing, .. }| Level { height, spread: spacing, unsure: spacing, line: Vec::new() });
     // Both lie too high where plants hide the ground, or the lower part of a wall: the lower one is nearer to the truth.
-    let lowest = [open, walls].into_iter().flatten().min_by(|a, b| a.height.total_cmp(&b.height));
-    let bottom = if has_walls { bottom::first(&heights) } else { bottom::of_object(&heights) };
-    Around { ground: None, lowest, ceiling: feet.map(|feet| feet.lowest), bottom }
+    let lowest = [open, on_walls].into_iter().flatten().min_by(|a, b| a.height.total_cmp(&b.height));
+    let bottom = if has_walls {
+        // Points that may be of a wall are better than none.
+        bottom::first(&heights).into_iter().chain(feet.map(|feet| feet.height)).reduce(f64::min)
+    } else {
+        bottom::of_object(&heights)
+    };
+    Around { ground: None, lowest, ceiling: walls.map(|feet| feet.lowest), bottom }
 }
 
 /// From ground points in a ring outside the footprint and outside all others, widened until there is enough of it.
@@ -98,12 +109,17 @@ fn along_outline(
     width: f64,
     options: &SegmentOptions,
 ) -> Option<Level> {
-    let spread = spread(&sorted(&points));
+    let heights = sorted(&points);
+    let spread = spread(&heights);
     let surface = Surface::of(points)?;
     let line = line(polygon, &surface, width + GROUND_CELL);
-    let plane = || Some(polygon.centroid().map(|centre| surface.plane_at([centre.x(), centre.y()]))?);
+    if heights.len() < FEWEST_EVEN && spread > EVEN && options.ground == GroundLevel::Lowest {
+        // Too few for any shape, and not level: the low ones of them.
+        return Some(Level { height: percentile(&heights, options.ground_percentile), spread, unsure: 0.0, line });
+    }
+    let plane = || polygon.centroid().map(|centre| surface.plane_at([centre.x(), centre.y()]));
     let height = if options.ground == GroundLevel::Plane { plane()? } else { height_of(&line, options) };
-    Some(Level { height, spread, line })
+    Some(Level { height, spread, unsure: 0.0, line })
 }
 
 /// The level of the floor on ground of this line along the outline.
@@ -113,19 +129,19 @@ pub(super) fn height_of(line: &[[f64; 3]], options: &SegmentOptions) -> f64 {
 }
 
 /// From the lowest points of what is not of the building.
-fn from_lowest(polygon: &MultiPolygon<f64>, points: Vec<[f64; 3]>, options: &SegmentOptions) -> Option<Level> {
+fn from_lowest(polygon: &MultiPolygon<f64>, points: &[[f64; 3]], options: &SegmentOptions) -> Option<Level> {
     if points.len() < FEWEST_CELLS {
         return None;
     }
-    let heights = sorted(&points);
-    let surface = Surface::of(points.clone())?;
+    let heights = sorted(points);
+    let surface = Surface::of(points.to_vec())?;
     let off = sigma(points.iter().map(|p| p[2] - surface.at([p[0], p[1]])));
-    let height = if off <= EVEN {
-        height_of(&line(polygon, &surface, options.ring_width + GROUND_CELL), options)
+    let (height, unsure) = if off <= EVEN {
+        (height_of(&line(polygon, &surface, options.ring_width + GROUND_CELL), options), off)
     } else {
-        percentile(&heights, options.ground_percentile)
+        (percentile(&heights, options.ground_percentile), off)
     };
-    Some(Level { height, spread: spread(&heights), line: Vec::new() })
+    Some(Level { height, spread: spread(&heights), unsure, line: Vec::new() })
 }
 
 /// The height of `surface` along the outline, where a point of it lies within `reach` metres: where none does, along party

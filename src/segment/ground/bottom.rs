@@ -141,7 +141,9 @@ mod tests {
         let mut heights: Vec<f64> = (0..4800).map(|_| random.between(0.0, 6.0)).collect();
         heights.extend(std::iter::repeat_n(6.0, 2000));
         heights.extend(std::iter::repeat_n(0.0, if has_floor { 2000 } else { 0 }));
-        heights.iter_mut().for_each(|z| *z += noise * normal(&mut random));
+        for z in &mut heights {
+            *z += noise * normal(&mut random);
+        }
         heights.sort_unstable_by(f64::total_cmp);
         heights
     }

@@ -13,11 +13,11 @@ const BELOW_ROOF: f64 = 1.0;
 const LOW_END: f64 = 2.0;
 /// So many of the lowest points tell how far they lie apart.
 const LOWEST: usize = 12;
-/// Fewer wall points than this say nothing …
-const FEWEST: usize = 3;
-/// … nor do walls of which less than this was seen below the roof, metres …
+/// Fewer wall points than this are no wall …
+const FEWEST: usize = 2;
+/// … nor are those of which less than this was seen below the roof, metres …
 const LEAST_SEEN: f64 = 1.0;
-/// … nor points of which the lowest lie so many times closer together than all of them: they are of a low roof.
+/// … nor those of which the lowest lie so many times closer together than all of them: they are of a low roof.
 const LAYER: f64 = 4.0;
 /// The lowest of several points is so many spacings above the foot in half of all cases.
 const MEDIAN_GAP: f64 = std::f64::consts::LN_2;
@@ -39,6 +39,8 @@ pub(super) struct Feet {
     pub lowest: f64,
     /// How far the lowest points lie apart in height, metres: what the height is unsure by.
     pub spacing: f64,
+    /// Whether they are points of walls for all that is known.
+    pub is_wall: bool,
 }
 
 /// The foot of the walls of the building whose outline this is: `points` lie inside, sorted or not, `beside` around it; local
@@ -47,7 +49,8 @@ pub(super) struct Feet {
 /// Wall points are those a metre lower than the low end of the roof. Of n of them, let the lowest be z₁ and the 13th z₁₃, or
 /// where there are fewer the height below which they are taken for wall points: they are d = (z₁₃ − z₁) / 12 apart, or this
 /// height less z₁ by n, and the foot is at z₁ − d ln 2, as often too high as too low. A lowest point that is too far below
-/// the next is left out. Where the lowest ones lie in a layer there is a roof, and what stands below it is not known.
+/// the next is left out. Where the lowest ones lie in a layer there is a low roof, and what stands below it
+/// is not known.
 pub(super) fn of(outline: &PreparedPolygon, points: &[[f64; 3]], beside: &[[f64; 3]]) -> Option<Feet> {
     let is_roof = |p: &&[f64; 3]| outline.boundary_distance([p[0], p[1]], INSIDE) >= INSIDE;
     let mut roof: Vec<f64> = points.iter().filter(is_roof).map(|p| p[2]).collect();
@@ -64,24 +67,20 @@ pub(super) fn of(outline: &PreparedPolygon, points: &[[f64; 3]], beside: &[[f64;
 /// The foot from the sorted heights of wall points below `top`.
 fn from_heights(walls: &[f64], top: f64) -> Option<Feet> {
     let mut walls = walls;
-    let mut wrong = walls.len() / WRONG;
-    loop {
-        let (lowest, next) = (*walls.first()?, *walls.get(1)?);
-        let spacing = spacing(&walls[1..], top);
-        if wrong == 0 || next - lowest <= LEAST_WRONG_GAP.max(WRONG_GAP * spacing) {
+    for _ in 0..walls.len() / WRONG {
+        let (lowest, rest) = walls.split_first()?;
+        if rest.first()? - lowest <= LEAST_WRONG_GAP.max(WRONG_GAP * spacing(rest, top)) {
             break;
         }
-        wrong -= 1;
-        walls = &walls[1..];
+        walls = rest;
     }
     // Where there are many, the lowest of all lies below the foot by the noise.
     let below = walls.len() / NOISY;
     let (lowest, spacing) = (*walls.get(below)?, spacing(&walls[below..], top));
     let seen = top - lowest;
-    if walls.len() < FEWEST || seen < LEAST_SEEN || LAYER * spacing < seen / walls.len() as f64 {
-        return None;
-    }
-    Some(Feet { height: lowest - (MEDIAN_GAP + below as f64) * spacing, lowest, spacing })
+    let is_layer = LAYER * spacing < seen / walls.len() as f64;
+    let is_wall = walls.len() >= FEWEST && seen >= LEAST_SEEN && !is_layer;
+    Some(Feet { height: lowest - (MEDIAN_GAP + below as f64) * spacing, lowest, spacing, is_wall })
 }
 
 /// How far the lowest of sorted heights below `top` lie apart.
@@ -107,7 +106,9 @@ mod tests {
                 let mut points: Vec<[f64; 3]> =
                     (0..500).map(|_| [random.between(0.0, 10.0), random.between(0.0, 10.0), 5.0]).collect();
                 points.extend((0..count).map(|_| [random.between(0.0, 10.0), 0.01, random.between(0.0, 5.0)]));
-                points.iter_mut().for_each(|p| p[2] += noise * (random.unit() - 0.5));
+                for p in &mut points {
+                    p[2] += noise * (random.unit() - 0.5);
+                }
                 of(&outline, &points, &[]).map_or(f64::INFINITY, |feet| feet.height.abs())
             })
             .collect();
@@ -129,7 +130,8 @@ mod tests {
         let heights: Vec<f64> = std::iter::once(-7.0).chain((0..60).map(|i| f64::from(i) * 0.05)).collect();
         let feet = from_heights(&heights, 4.0).unwrap();
         assert!(feet.lowest == 0.0 && (-0.06..0.0).contains(&feet.height), "{feet:?}");
-        assert_eq!(from_heights(&[1.0, 2.0], 4.0), None);
+        assert_eq!(from_heights(&[], 4.0), None);
+        assert!(!from_heights(&[1.0], 4.0).unwrap().is_wall);
     }
 
     #[test]
@@ -137,7 +139,7 @@ mod tests {
         let mut heights: Vec<f64> = (0..40).map(|i| 3.0 + f64::from(i % 5) * 0.01).collect();
         heights.extend((0..20).map(|i| 3.1 + f64::from(i) * 0.2));
         heights.sort_unstable_by(f64::total_cmp);
-        assert_eq!(from_heights(&heights, 7.2), None);
-        assert_eq!(from_heights(&[3.0, 3.1, 3.2, 3.3], 3.5), None);
+        assert!(!from_heights(&heights, 7.2).unwrap().is_wall);
+        assert!(!from_heights(&[3.0, 3.1, 3.2, 3.3], 3.5).unwrap().is_wall);
     }
 }

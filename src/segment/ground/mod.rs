@@ -6,9 +6,9 @@
 //!
 //! The floor comes from the first of these that there is: an attribute of the footprint that the user names
 //! ([`stated`]), a terrain model that the user gives, the ground points around ([`around`]), the floors of neighbours that
-//! come from one of these ([`neighbours`]), the lowest points around the building and on its walls ([`feet`]), the floors of
-//! neighbours that come from those, and the lower end of its own points ([`bottom`]). Of neighbours and lowest points the
-//! surer one is taken, and never a floor above the lowest point of a wall.
+//! come from one of these, or from their lowest points ([`neighbours`]), the lowest points around the building and on its
+//! walls ([`feet`]), and the lower end of its own points ([`bottom`]). Of neighbours and lowest points the surer one is taken,
+//! or the neighbours where the lower part of the walls was not seen, and never a floor above the lowest point of a wall.
 
 mod around;
 mod bottom;
@@ -19,7 +19,7 @@ mod outline;
 mod stated;
 mod surface;
 
-use around::{Around, Level};
+use around::Around;
 use geo::Centroid;
 use neighbours::{Known, Neighbours};
 use rayon::prelude::*;
@@ -41,8 +41,14 @@ const LOWEST_CELL: f64 = 2.0;
 const FEET_CELL: f64 = 1.0;
 /// Where the floors of more than this share of the buildings are guessed, it is told for the run as a whole.
 const MANY_GUESSES: f64 = 0.1;
-/// Floors from lowest points that vary by more than this, metres, are no help to neighbours.
+/// Floors from lowest points that are less sure than this, metres, are no help to neighbours.
 const UNSURE: f64 = 0.5;
+
+/// Where its lowest points are above the floors of its neighbours by so many of their standard deviations, the lower part of
+/// its walls was not seen …
+const HIDDEN_SPREADS: f64 = 3.0;
+/// … if that is more than this, metres.
+const LEAST_HIDDEN: f64 = 0.3;
 
 /// The lowest points around footprints, thinned.
 pub(super) struct Lows {
@@ -99,7 +105,7 @@ pub(super) fn estimate<P: AsRef<[[f64; 3]]> + Sync>(
     // Neighbours whose own floors come from their lowest points help only those that have none better.
     let guessed = looks.iter().zip(&middles).zip(&found).filter(|(_, found)| found.is_none());
     known.extend(guessed.filter_map(|((look, middle), _)| {
-        let level = look.lowest.as_ref().filter(|level| level.spread <= UNSURE)?;
+        let level = look.lowest.as_ref().filter(|level| level.unsure <= UNSURE)?;
         Some(((*middle)?, level.height))
     }));
     let any = Neighbours::new(known);
@@ -111,17 +117,17 @@ pub(super) fn estimate<P: AsRef<[[f64; 3]]> + Sync>(
 /// The floor of a building that nothing sure is known of.
 fn guessed_floor(look: Around, middle: Option<[f64; 2]>, sure: &Neighbours, any: &Neighbours) -> Ground {
     let Around { lowest, ceiling, bottom, .. } = look;
-    let lowest = lowest.map(|Level { height, spread, .. }| (height, spread));
     let beside = |neighbours: &Neighbours| {
         let (height, spread) = neighbours.at(middle?)?;
-        let surer = lowest.is_none_or(|(_, own)| spread < own);
-        (surer && ceiling.is_none_or(|ceiling| height <= ceiling)).then_some((height, spread))
+        let is_better = lowest
+            .as_ref()
+            .is_none_or(|own| spread < own.unsure || own.height > height + (HIDDEN_SPREADS * spread).max(LEAST_HIDDEN));
+        (is_better && ceiling.is_none_or(|ceiling| height <= ceiling)).then_some((height, spread))
     };
     let sources = [
         (beside(sure), GroundSource::Neighbours),
-        (lowest.filter(|(_, spread)| *spread <= UNSURE), GroundSource::LowestPoints),
         (beside(any), GroundSource::Neighbours),
-        (lowest, GroundSource::LowestPoints),
+        (lowest.as_ref().map(|own| (own.height, own.spread)), GroundSource::LowestPoints),
         (bottom.map(|height| (height, 0.0)), GroundSource::BoundingBox),
     ];
     let first = sources.into_iter().find_map(|(level, source)| Some((level?, source)));

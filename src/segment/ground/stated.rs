@@ -92,15 +92,12 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
     }
     for (index, footprint) in footprints.iter().enumerate() {
         let value = footprint.attributes.get(name);
-        match value.and_then(number) {
-            Some(height) => {
-                let frame = &all.frames[index];
-                stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
-            }
-            None => {
-                let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no number"));
-                stated.notes.insert(index, format!("the attribute {name:?} {found}: its floor comes from elsewhere"));
-            }
+        if let Some(height) = value.and_then(number) {
+            let frame = &all.frames[index];
+            stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
+        } else {
+            let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no number"));
+            stated.notes.insert(index, format!("the attribute {name:?} {found}: its floor comes from elsewhere"));
         }
     }
     if !stated.notes.is_empty() {
@@ -145,15 +142,11 @@ fn by_terrain(
     if order.is_empty() {
         return Ok(());
     }
-    let own = match raster.crs() {
-        Some(own) => own.clone(),
-        None => {
-            stated
-                .warnings
-                .push(format!("{}: it names no CRS and is taken to be in that of the points", path.display()));
-            crs.clone()
-        }
-    };
+    if raster.crs().is_none() {
+        let file = path.display();
+        stated.warnings.push(format!("{file}: it names no CRS and is taken to be in that of the points"));
+    }
+    let own = raster.crs().unwrap_or(crs).clone();
     let way = Transformer::new(crs, &own, Some(bounds)).map_err(|reason| {
         InputError::new(path, reason, "a terrain model in a CRS to which there is a way from that of the points")
     })?;

@@ -127,7 +127,9 @@ fn a_terrain_model_goes_before_the_points_in_whatever_system_it_comes() {
     let (mut points, mut houses) = street(false, &[0, 1, 2, 3]);
     // In Delft, where the Dutch system is at home.
     let (east, north) = (84_000.0, 442_000.0);
-    points.iter_mut().for_each(|(p, _)| *p = [p[0] + east, p[1] + north, p[2]]);
+    for (p, _) in &mut points {
+        *p = [p[0] + east, p[1] + north, p[2]];
+    }
     for house in &mut houses {
         house.polygon = geo::MapCoords::map_coords(&house.polygon, |c| coord! { x: c.x + east, y: c.y + north });
     }
