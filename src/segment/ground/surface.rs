@@ -15,8 +15,10 @@ const MOST_NEAR: usize = 192;
 const FEWEST_SLOPED: usize = 8;
 /// Most points at which the surfaces are compared.
 const MOST_ASKED: usize = 256;
-/// A simpler surface is taken until it is worse by more than so many standard errors.
+/// A simpler surface is taken until it is worse by more than so many standard errors …
 const STANDARD_ERRORS: f64 = 2.0;
+/// … or more than this share of the points is not of it at all: then the ground has several levels.
+const MOST_LEFT_OUT: f64 = 0.25;
 
 /// How the height of a place follows from the points.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +47,7 @@ impl Surface {
     /// It is level, or a plane, or a plane around every place, of a half, a quarter, … of the points, down to 12. Each
     /// is asked for the height of points that it was not fitted to (for the whole planes it makes no difference); what it
     /// is off counts by the biweight, so that no pit or wall decides. The simplest is taken that is not worse than the
-    /// best by more than twice the standard error of the difference. So flat ground gets one height from all its points,
+    /// best by more than twice the standard error of the difference and leaves no more than a quarter of the points out. So flat ground gets one height from all its points,
     /// whatever the noise, and terraces and ramps each their own.
     pub fn of(mut points: Vec<[f64; 3]>) -> Option<Self> {
         points.sort_unstable_by(crate::segment::lexicographic);
@@ -75,9 +77,11 @@ impl Surface {
             let more: Vec<f64> = losses.iter().zip(best).map(|(a, b)| a - b).collect();
             let mean = mean(&more);
             let variance = more.iter().map(|more| (more - mean).powi(2)).sum::<f64>() / more.len() as f64;
-            mean <= STANDARD_ERRORS * (variance / more.len() as f64).sqrt()
+            let left_out = losses.iter().filter(|loss| **loss >= 1.0).count() as f64 / losses.len() as f64;
+            left_out <= MOST_LEFT_OUT && mean <= STANDARD_ERRORS * (variance / more.len() as f64).sqrt()
         });
-        surface.form = simplest.and_then(|index| forms.get(index).copied()).unwrap_or(Form::Whole(level));
+        let best = losses.iter().position(|losses| std::ptr::eq(losses, best));
+        surface.form = simplest.or(best).and_then(|index| forms.get(index).copied()).unwrap_or(Form::Whole(level));
         Some(surface)
     }
 
