@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn without_a_floor_it_is_where_the_points_begin() {
-        for (noise, most) in [(0.0, 0.06), (0.02, 0.06), (0.15, 0.1), (0.7, 0.5)] {
+        for (noise, most) in [(0.0, 0.15), (0.02, 0.15), (0.15, 0.3), (0.7, 0.9)] {
             let mut heights = house(noise, false);
             heights[0] = -9.0;
             let found = of_object(&heights).unwrap();
