@@ -162,6 +162,9 @@ pub enum Reason {
 pub struct Measures {
     /// The ground.
     pub ground: Option<Ground>,
+    /// Least and greatest depth of the floor under the ground along the outline, metres: the floor is level, and the ground
+    /// may not be. Negative where the floor hangs above it; `None` where no ground was seen.
+    pub floor_depth: Option<[f64; 2]>,
     /// How far the tiles cover the footprint.
     pub coverage: Option<Coverage>,
     /// Number of building points.

@@ -59,15 +59,19 @@ impl Frame {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GroundSource {
+    /// An attribute of the footprint that the user named.
+    Attribute,
+    /// A terrain model that the user gave.
+    TerrainModel,
     /// Ground-class points in a ring around the footprint.
     GroundPoints,
-    /// The lowest points inside the footprint, for want of ground points.
+    /// The floors of neighbours, for want of ground points.
+    Neighbours,
+    /// The lowest points around the building and on its walls, for want of ground points.
     LowestPoints,
     /// The floor itself, which was scanned.
-    Floor,
-    /// Where the walls begin, from the points on them.
-    WallFeet,
-    /// The bottom face of the axis-aligned bounding box, for want of both.
+    ScannedFloor,
+    /// The bottom face of the axis-aligned bounding box, for want of all these.
     BoundingBox,
 }
 
@@ -113,6 +117,9 @@ pub struct Site {
     pub ground_points: Vec<Point3<f64>>,
     /// The ground around the building.
     pub ground: Ground,
+    /// The ground along the outline of the footprint: places on it, in local metres, with the height of the ground there;
+    /// only where ground was seen nearby, so there may be none.
+    pub ground_line: Vec<Point3<f64>>,
     /// How far the tiles cover the footprint.
     pub coverage: Coverage,
     /// The part of the footprint that the tiles cover, where that is not all of it; local metres.
@@ -136,6 +143,7 @@ impl Site {
             points,
             ground_points: Vec::new(),
             ground: Ground { height: ground, spread: 0.0, source: GroundSource::GroundPoints },
+            ground_line: Vec::new(),
             coverage: Coverage { share: 1.0 },
             covered: None,
             attributes: Map::new(),

@@ -32,12 +32,23 @@ pub struct Surface {
     pub on_footprint_edge: Option<bool>,
     /// How sure the field is of it, 0 to 1; roofs at LoD 2.2 only.
     pub confidence: Option<f64>,
+    /// How far the floor lies under the ground at this wall, metres, where that is most; walls on the floor only, where
+    /// the ground was seen. Negative where the floor hangs above the ground.
+    pub floor_depth: Option<f64>,
 }
 
 impl Surface {
     /// A surface of this type without further properties.
     pub fn of(kind: SurfaceType) -> Self {
-        Self { kind, slope: None, azimuth: None, heights: None, on_footprint_edge: None, confidence: None }
+        Self {
+            kind,
+            slope: None,
+            azimuth: None,
+            heights: None,
+            on_footprint_edge: None,
+            confidence: None,
+            floor_depth: None,
+        }
     }
 }
 

@@ -63,9 +63,9 @@ const AT_FAULT: f64 = 0.5;
 /// … and how much the share without data: most of it is roof like that beside it.
 const WITHOUT_DATA: f64 = 0.25;
 
-/// What is left of the trust in a model whose floor was guessed: from the lowest points in and around it, or from its own
-/// lowest one.
-const GUESSED_FLOOR: [f64; 2] = [0.75, 0.5];
+/// What is left of the trust in a model whose floor was guessed: from those of its neighbours, from the lowest points around
+/// it and on its walls, or from the lower end of its points.
+const GUESSED_FLOOR: [f64; 3] = [0.85, 0.75, 0.5];
 
 /// How far a whole model can be trusted: what the field is sure of ([`Measures::confidence`] as it was measured), less the
 /// share of the footprint (of `area` square metres) that is at fault or without data, the share that no tile covers, and
@@ -82,9 +82,16 @@ pub(super) fn of_model(measures: &Measures, area: Option<f64>) -> Option<f64> {
     let covered = measures.coverage.map_or(1.0, |coverage| coverage.share);
     let largest = faults.largest() / LARGEST_FAULT;
     let floor = match measures.ground.map(|ground| ground.source) {
-        Some(GroundSource::WallFeet | GroundSource::LowestPoints) => GUESSED_FLOOR[0],
-        Some(GroundSource::BoundingBox) => GUESSED_FLOOR[1],
-        Some(GroundSource::GroundPoints | GroundSource::Floor) | None => 1.0,
+        Some(GroundSource::Neighbours) => GUESSED_FLOOR[0],
+        Some(GroundSource::LowestPoints) => GUESSED_FLOOR[1],
+        Some(GroundSource::BoundingBox) => GUESSED_FLOOR[2],
+        Some(
+            GroundSource::Attribute
+            | GroundSource::TerrainModel
+            | GroundSource::GroundPoints
+            | GroundSource::ScannedFloor,
+        )
+        | None => 1.0,
     };
     Some(floor * field * covered * (1.0 - share).max(0.0) * (1.0 - largest).max(0.0))
 }

@@ -30,25 +30,30 @@ const FEWEST: usize = 5;
 /// reason.
 const MOST_HIDDEN: f64 = 3.0;
 
-/// The site on the floor that its points show, where its ground was only guessed.
+/// A site without a footprint on the floor that its points show, where its ground is only guessed.
 pub(super) fn found<'a>(site: &'a Site, parameters: &Parameters, notes: &mut Vec<String>) -> Cow<'a, Site> {
-    let is_guessed = matches!(site.ground.source, GroundSource::LowestPoints | GroundSource::BoundingBox);
-    if !is_guessed || site.points.is_empty() {
+    let is_own = matches!(site.ground.source, GroundSource::LowestPoints | GroundSource::BoundingBox);
+    if !(is_own || site.ground.source == GroundSource::Neighbours) || site.footprint.is_some() || site.points.is_empty()
+    {
         return Cow::Borrowed(site);
     }
     let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
     let level: Vec<Primitive> =
         detection.primitives.into_iter().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).collect();
-    let ground = match scanned(&site.points, &level, detection.noise) {
-        Some(height) => {
-            notes.push("the floor was scanned: the building stands on it".to_owned());
-            Ground { height, spread: 0.0, source: GroundSource::Floor }
-        }
-        None => match wall_feet(&wall_heights(&site.points, &level), detection.noise) {
-            Some(height) => Ground { height, spread: 0.0, source: GroundSource::WallFeet },
-            None => return Cow::Borrowed(site),
-        },
+    if let Some(height) = scanned(&site.points, &level, detection.noise) {
+        notes.push("the floor was scanned: the building stands on it".to_owned());
+        let ground = Ground { height, spread: 0.0, source: GroundSource::ScannedFloor };
+        return Cow::Owned(Site { ground, ..site.clone() });
+    }
+    let from = if is_own { "the lowest points" } else { "those of its neighbours" };
+    notes.push(format!("neither ground nor floor was scanned: the height of the floor was guessed from {from}"));
+    if !is_own {
+        return Cow::Borrowed(site);
+    }
+    let Some(height) = wall_feet(&wall_heights(&site.points, &level), detection.noise) else {
+        return Cow::Borrowed(site);
     };
+    let ground = Ground { height, spread: 0.0, source: GroundSource::LowestPoints };
     Cow::Owned(Site { ground, ..site.clone() })
 }
 
@@ -140,7 +145,7 @@ mod tests {
         }
         let frame = Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] };
         let mut site = Site::new("house", frame, points, -2.0);
-        site.ground.source = GroundSource::LowestPoints;
+        site.ground.source = GroundSource::BoundingBox;
         site
     }
 
@@ -153,7 +158,7 @@ mod tests {
     fn a_floor_that_was_scanned_is_a_plane_and_not_the_lowest_point() {
         for noise in [0.0, 0.03, 0.2, 0.5] {
             let (height, source) = floor(&house(noise, true));
-            assert_eq!(source, GroundSource::Floor, "noise {noise}");
+            assert_eq!(source, GroundSource::ScannedFloor, "noise {noise}");
             assert!(height.abs() < 0.01 + 0.2 * noise, "noise {noise}: {height}");
         }
     }
@@ -162,7 +167,7 @@ mod tests {
     fn walls_tell_where_they_begin_through_noise() {
         for noise in [0.0, 0.03, 0.2] {
             let (height, source) = floor(&house(noise, false));
-            assert_eq!(source, GroundSource::WallFeet, "noise {noise}");
+            assert_eq!(source, GroundSource::LowestPoints, "noise {noise}");
             assert!(height.abs() < 0.05 + 0.3 * noise, "noise {noise}: {height}");
         }
     }

@@ -10,6 +10,7 @@ use nalgebra::Point3;
 
 use super::{Attempt, Failure, Parameters};
 use crate::building::{LadderStep, Reason, Setback};
+use crate::site::{Ground, GroundSource};
 use crate::solid::Solid;
 use crate::validate::composite;
 
@@ -100,6 +101,24 @@ pub(super) fn check_height(middle: Option<f64>, ground: f64, minimum: f64) -> Re
     match middle.map(|middle| middle - ground) {
         Some(height) if height < minimum => {
             let detail = format!("the middle of the roof is {height:.2} m above the ground, less than {minimum} m");
+            Err(Failure::new(Reason::TooLow, detail))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a roof whose lowest point (local metres) is less than `minimum` above a floor that was taken from the lower end
+/// of its own points: no wall was scanned, and nothing says how high they are.
+pub(super) fn check_eaves(lowest: Option<f64>, ground: &Ground, minimum: f64) -> Result<(), Failure> {
+    if ground.source != GroundSource::BoundingBox {
+        return Ok(());
+    }
+    match lowest.map(|lowest| lowest - ground.height) {
+        Some(height) if height < minimum => {
+            let detail = format!(
+                "nothing tells of the floor: no ground, no neighbour, and of the building no point more than {minimum} m \
+                 below its roof"
+            );
             Err(Failure::new(Reason::TooLow, detail))
         }
         _ => Ok(()),
@@ -222,6 +241,15 @@ mod tests {
         let failure = check_height(Some(2.5), 2.0, 1.0).unwrap_err();
         assert_eq!(failure.reason, Reason::TooLow);
         assert!(failure.detail.contains("0.50 m above the ground, less than 1 m"), "{}", failure.detail);
+    }
+
+    #[test]
+    fn a_roof_that_is_all_there_is_does_not_stand_on_its_eaves() {
+        let ground = |source| Ground { height: 2.0, spread: 0.0, source };
+        let failure = check_eaves(Some(2.3), &ground(GroundSource::BoundingBox), 1.0).unwrap_err();
+        assert_eq!(failure.reason, Reason::TooLow);
+        assert_eq!(check_eaves(Some(5.0), &ground(GroundSource::BoundingBox), 1.0), Ok(()));
+        assert_eq!(check_eaves(Some(2.3), &ground(GroundSource::LowestPoints), 1.0), Ok(()));
     }
 
     #[test]

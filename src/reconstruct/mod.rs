@@ -11,6 +11,7 @@ mod decision;
 mod detected;
 mod fit;
 mod floor;
+mod floor_depth;
 mod footprint;
 mod hypotheses;
 pub mod labelling;
@@ -72,6 +73,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Err(failure) => Attempt::failed(site, failure),
     };
     measures.open_ground = standing.open_ground;
+    measures.floor_depth = floor_depth::range(site);
     if let Some(why) = &measures.field_fallback {
         notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
     }
@@ -117,6 +119,8 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
             "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
         ));
     }
+    let (mut solids, mut blocks) = (solids, blocks);
+    solids.iter_mut().chain(&mut blocks).for_each(|solid| floor_depth::tell(solid, site));
     let model = Model { footprint, ground: grid_height(site, site.ground.height), parts: parts(solids, blocks) };
     measures.roof_heights = roof_heights;
     if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
@@ -319,6 +323,7 @@ impl Solution {
         ladder::check_top(&solids, &site.points)?;
         let middle = measures.roof_heights.map(|heights| heights.p50);
         ladder::check_height(middle, site.ground.height, parameters.minimum_height)?;
+        ladder::check_eaves(measures.roof_heights.map(|heights| heights.min), &site.ground, parameters.minimum_height)?;
         measures.roof_type = measures::roof_type(&solids);
         measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
         measures.ridge_height = measures::ridge_height(&solids);

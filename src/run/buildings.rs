@@ -197,6 +197,7 @@ mod tests {
             footprint: Some(square),
             points: vec![Point3::new(1.0, 1.0, 5.0); 7 * id % 11],
             ground_points: Vec::new(),
+            ground_line: Vec::new(),
             ground: Ground { height: 1.25, spread: 0.1, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             covered: None,

@@ -97,12 +97,12 @@ fn hash_of_task(task: &Task) -> u64 {
 }
 
 fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
-    let Site { id, frame, footprint, points, ground_points, ground, coverage, covered, attributes } = site;
+    let Site { id, frame, footprint, points, ground_points, ground, ground_line, coverage, covered, attributes } = site;
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
     [ground.height, ground.spread, coverage.share].into_iter().for_each(&mut number);
-    for points in [points, ground_points] {
-        // The length keeps a ground point from being taken for one more of the building.
+    for points in [points, ground_points, ground_line] {
+        // The length keeps a point of the ground from being taken for one more of the building.
         number(points.len() as f64);
         points.iter().flat_map(|point| point.iter().copied()).for_each(&mut number);
     }

@@ -13,7 +13,7 @@ use super::{checkpoint, classes, output, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
-use crate::segment::{SegmentOptions, Segmentation, segment, segment_named};
+use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
 use crate::sink::Format;
 use crate::site::{Frame, Site};
 use crate::solid::Model;
@@ -72,7 +72,8 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             return Err(fault.remedy("Give another name with --report").into());
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
-        output::spare_inputs(&outputs, paths.iter().map(PathBuf::as_path).chain(footprint_path))?;
+        let terrain = job.segmentation.dtm.as_deref();
+        output::spare_inputs(&outputs, paths.iter().map(PathBuf::as_path).chain(footprint_path).chain(terrain))?;
         let continues = match &model {
             Some(model) => {
                 Format::of(model)?;
@@ -239,7 +240,11 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
         journal.stage(Stage::Segment, total, |journal| {
             let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
             let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
-            let segment = if plan.has_stand_ins && names_buildings { segment_named } else { segment };
+            let segment = match (plan.has_stand_ins, names_buildings) {
+                (false, _) => segment,
+                (true, false) => segment_object,
+                (true, true) => segment_named,
+            };
             pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &plan.segmentation, &progress))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;

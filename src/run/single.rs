@@ -165,5 +165,12 @@ fn footprint(id: &str, own: &Extent) -> Footprint {
 
 /// Takes a stand-in away again: what is left is the points and the ground.
 pub(super) fn without_footprint(site: Site) -> Site {
-    Site { footprint: None, ground_points: Vec::new(), coverage: Coverage { share: 1.0 }, covered: None, ..site }
+    Site {
+        footprint: None,
+        ground_points: Vec::new(),
+        ground_line: Vec::new(),
+        coverage: Coverage { share: 1.0 },
+        covered: None,
+        ..site
+    }
 }

@@ -1,7 +1,7 @@
 //! What one tile gives to the sites.
 
 use super::counts::PointCounts;
-use super::ground::{GROUND_CELL, LOWEST_CELL, OPEN_CELL};
+use super::ground::{GROUND_CELL, Lows, OPEN_CELL};
 use super::naming::Naming;
 use super::neighbourhood::{Neighbourhood, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions, UseFlagged};
@@ -31,6 +31,8 @@ struct Role {
 pub(super) struct Roles {
     of_class: [Role; 256],
     use_flagged: UseFlagged,
+    /// Whether every class can be of a building.
+    is_any: bool,
 }
 
 impl Roles {
@@ -48,7 +50,7 @@ impl Roles {
                 !noise && !ground && !building && !NEVER_BUILDING.contains(&class) && !GROUND_LIKE.contains(&class);
             Role { noise, ground, building: building && !noise, candidate }
         });
-        Self { of_class, use_flagged: options.use_flagged }
+        Self { of_class, use_flagged: options.use_flagged, is_any: options.building_classes.is_any() }
     }
 
     /// Whether points of `class` can be building points.
@@ -65,8 +67,8 @@ pub(super) struct Harvest {
     pub ground: Thinned,
     /// Ground points inside each footprint, thinned less; for each apart, so that no neighbour changes what is kept.
     pub inner_ground: BTreeMap<usize, Thinned>,
-    /// Lowest points of any class, thinned.
-    pub lowest: Thinned,
+    /// Lowest points, thinned.
+    pub lows: Lows,
     /// Points inside each footprint that could be of a building and are not used, by why.
     pub unused: BTreeMap<(usize, Unused), u64>,
     /// What was counted.
@@ -84,7 +86,7 @@ impl Harvest {
             points: BTreeMap::new(),
             ground: Thinned::new(Choice::Central, GROUND_CELL, metres_per_unit),
             inner_ground: BTreeMap::new(),
-            lowest: Thinned::new(Choice::Lowest, LOWEST_CELL, metres_per_unit),
+            lows: Lows::new(metres_per_unit),
             unused: BTreeMap::new(),
             counts: PointCounts::default(),
             extents: Vec::new(),
@@ -157,7 +159,11 @@ impl Harvest {
                         }
                     }
                     let Some(footprints) = lookup.near(position) else { continue };
-                    harvest.lowest.add(position);
+                    if role.building && !roles.is_any {
+                        harvest.lows.building.add(position);
+                    } else {
+                        harvest.lows.others.add(position);
+                    }
                     if role.ground {
                         harvest.ground.add(position);
                         for &index in footprints.iter().filter(|_| naming.by_place) {
@@ -212,7 +218,7 @@ impl Harvest {
                 Entry::Occupied(mut slot) => slot.get_mut().merge(ground),
             }
         }
-        self.lowest.merge(other.lowest);
+        self.lows.merge(other.lows);
         for (key, n) in other.unused {
             *self.unused.entry(key).or_default() += n;
         }

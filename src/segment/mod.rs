@@ -4,7 +4,7 @@
 //! ground around footprints one point per square metre, and of the ground inside them four. What is kept is a set: joining tiles in any order, cutting a
 //! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
-//! ground around it.
+//! ground around it, and, where no ground was scanned around it, on which floors they stand.
 
 mod counts;
 mod coverage;
@@ -24,7 +24,7 @@ mod vegetation;
 mod tests;
 
 pub use counts::{DroppedPoints, PointCounts};
-pub use options::{AnyClass, BuildingClasses, NOISE, SegmentOptions, UseFlagged};
+pub use options::{AnyClass, BuildingClasses, GroundLevel, NOISE, SegmentOptions, UseFlagged};
 
 use crate::error::Result;
 use crate::site::{Coverage, Ground, Site};
@@ -38,7 +38,6 @@ use naming::Naming;
 use neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
-use thinned::Thinned;
 
 /// What segmentation gives.
 #[derive(Debug)]
@@ -72,7 +71,22 @@ pub fn segment(
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, true, progress)
+    join(tiles, footprints, crs, options, Meaning::Outlines, progress)
+}
+
+/// The same for an object without a footprint: the polygon that stands in for it is only where it stands, and says nothing of
+/// its walls.
+///
+/// # Errors
+/// As [`segment`].
+pub fn segment_object(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Segmentation> {
+    join(tiles, footprints, crs, options, Meaning::Places, progress)
 }
 
 /// The same for tiles whose points all name their building, or belong to none: the footprints are only where the buildings
@@ -87,7 +101,18 @@ pub fn segment_named(
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, false, progress)
+    join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress)
+}
+
+/// What footprints are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    /// The outlines of buildings: what lies inside is theirs, and there their walls stand.
+    Outlines,
+    /// Where an object stands: what lies inside is its own.
+    Places,
+    /// Where buildings stand whose points name them.
+    PlacesOfNamed,
 }
 
 fn join(
@@ -95,7 +120,7 @@ fn join(
     mut footprints: Vec<Footprint>,
     crs: &Crs,
     options: &SegmentOptions,
-    by_place: bool,
+    meaning: Meaning,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Segmentation> {
     refuse::options(options)?;
@@ -106,7 +131,7 @@ fn join(
     refuse::apart(tiles, &footprints, &all, crs)?;
 
     let roles = Roles::new(options);
-    let naming = Naming::new(tiles, &footprints, by_place);
+    let naming = Naming::new(tiles, &footprints, meaning != Meaning::PlacesOfNamed);
     // From here on only the polygons in their own frames are asked.
     for footprint in &mut footprints {
         footprint.polygon = MultiPolygon(Vec::new());
@@ -124,21 +149,31 @@ fn join(
     refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let gathered: Vec<_> = (0..footprints.len())
-        .map(|index| (harvest.points.remove(&index).unwrap_or_default(), harvest.inner_ground.remove(&index)))
-        .collect();
-    let used: Vec<u64> = gathered.iter().map(|(points, _)| points.len() as u64).collect();
+    let mut gathered: Vec<Vec<[f64; 3]>> =
+        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
+    let used: Vec<u64> = gathered.iter().map(|points| points.len() as u64).collect();
+    gathered.par_iter_mut().for_each(|points| {
+        points.sort_unstable_by(lexicographic);
+        points.dedup();
+    });
+    let stated = ground::read_stated(&footprints, &all, crs, |index| used[index] > 0, options)?;
+    let grounds = ground::estimate(&all, &harvest.ground, &harvest.lows, &gathered, &stated, meaning, options);
+    let inner: Vec<_> = (0..footprints.len()).map(|index| harvest.inner_ground.remove(&index)).collect();
     let counts = Mutex::new(harvest.counts);
     let finished: Vec<Finished> = gathered
         .into_par_iter()
+        .zip(grounds)
+        .zip(inner)
         .enumerate()
-        .map(|(index, (points, inner_ground))| {
-            let (mut finished, count) =
-                finish(index, points, &all, (&harvest.ground, &harvest.lowest), &rectangles, options);
-            if let Some(count) = count {
+        .map(|(index, ((points, (ground, line)), inner))| {
+            let duplicate = used[index] - points.len() as u64;
+            let (mut finished, mut count) = finish(index, points, ground, &all, &rectangles, options);
+            if used[index] > 0 {
+                count.dropped.duplicate = duplicate;
                 counts.lock().unwrap_or_else(PoisonError::into_inner).add(&count);
             }
-            let ground_points = ground::inside(&all.frames[index], inner_ground.as_ref());
+            finished.ground_line = line.into_iter().map(Point3::from).collect();
+            let ground_points = ground::inside(&all.frames[index], inner.as_ref());
             finished.ground_points = ground_points.into_iter().map(Point3::from).collect();
             finished
         })
@@ -147,8 +182,10 @@ fn join(
     let mut sites = Vec::with_capacity(footprints.len());
     let mut notes = Vec::with_capacity(footprints.len());
     let places = all.frames.into_iter().zip(all.polygons);
-    for ((footprint, (frame, polygon)), finished) in footprints.into_iter().zip(places).zip(finished) {
-        let Finished { points, ground_points, ground, coverage, covered } = finished;
+    for (index, ((footprint, (frame, polygon)), finished)) in
+        footprints.into_iter().zip(places).zip(finished).enumerate()
+    {
+        let Finished { points, ground_points, ground, ground_line, coverage, covered } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
         sites.push(Site {
             id,
@@ -157,22 +194,26 @@ fn join(
             points,
             ground_points,
             ground,
+            ground_line,
             coverage,
             covered,
             attributes,
         });
         let mut own_notes = footprint.notes;
-        own_notes.extend(sites.last().and_then(ground::guess));
+        own_notes.extend(stated.notes.get(&index).cloned());
+        // Of an object more is known once its planes are found.
+        own_notes.extend(sites.last().filter(|_| meaning == Meaning::Outlines).and_then(ground::guess));
         notes.push(own_notes);
     }
     let warnings = [
         unused::absent(&counts, options),
         unused::warning(&used, &harvest.unused, options),
-        ground::guesses(&sites, options),
+        ground::guesses(&sites, options).filter(|_| meaning == Meaning::Outlines),
     ];
+    let warnings = stated.warnings.into_iter().chain(warnings.into_iter().flatten()).collect();
     let mut problems = harvest.problems;
     problems.sort();
-    Ok(Segmentation { sites, notes, counts, problems, warnings: warnings.into_iter().flatten().collect() })
+    Ok(Segmentation { sites, notes, counts, problems, warnings })
 }
 
 /// What is known of the place of one footprint.
@@ -180,27 +221,24 @@ struct Finished {
     points: Vec<Point3<f64>>,
     ground_points: Vec<Point3<f64>>,
     ground: Ground,
+    ground_line: Vec<Point3<f64>>,
     coverage: Coverage,
     covered: Option<MultiPolygon<f64>>,
 }
 
-/// Makes footprint `index` ready, of which `points` were harvested beside the `thinned` ground and lowest points. Gives
-/// the counts of its points as well; `None` without any.
+/// Makes footprint `index` ready, whose `points` these are, sorted and without repeated ones, on this `ground`. Gives the
+/// counts of its points as well.
 fn finish(
     index: usize,
     mut points: Vec<[f64; 3]>,
+    ground: Ground,
     all: &Neighbourhood,
-    thinned: (&Thinned, &Thinned),
     rectangles: &[([f64; 2], [f64; 2])],
     options: &SegmentOptions,
-) -> (Finished, Option<PointCounts>) {
+) -> (Finished, PointCounts) {
     let has_points = !points.is_empty();
     let mut counts = PointCounts::default();
     let dropped = &mut counts.dropped;
-    points.sort_unstable_by(lexicographic);
-    dropped.duplicate = without(&mut points, Vec::dedup);
-    let lowest_point = points.iter().map(|p| p[2]).reduce(f64::min);
-    let ground = ground::estimate(index, all, thinned.0, thinned.1, lowest_point, options);
     if has_points {
         if options.building_classes.is_any() {
             let least = ground.height + options.least_height;
@@ -215,7 +253,8 @@ fn finish(
     let coverage = coverage::coverage(polygon, frame, rectangles);
     let covered = if coverage.is_complete() { None } else { coverage::covered(polygon, frame, rectangles) };
     let points = points.into_iter().map(Point3::from).collect();
-    (Finished { points, ground_points: Vec::new(), ground, coverage, covered }, has_points.then_some(counts))
+    let finished = Finished { points, ground_points: Vec::new(), ground, ground_line: Vec::new(), coverage, covered };
+    (finished, counts)
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Noise classes of the ASPRS (low point, high noise); never used.
@@ -90,6 +91,19 @@ impl UseFlagged {
     }
 }
 
+/// Which height of the ground is the floor of a building.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GroundLevel {
+    /// The low side of the ground along the outline: the building stands in a slope.
+    #[default]
+    Lowest,
+    /// The median height of the ground along the outline.
+    Median,
+    /// The height of the plane through the ground around at the centre of the footprint.
+    Plane,
+}
+
 /// How tiles and footprints become sites. All lengths are metres, whatever the unit of the CRS.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -106,9 +120,18 @@ pub struct SegmentOptions {
     pub ring_limit: f64,
     /// How much ground is enough, square metres that hold a ground point.
     pub ring_area: u32,
-    /// The height of the ground is this percentile of the ground heights in the ring. Low, so that the walls of a
-    /// building on a slope reach down to the terrain at its lowest side; not the minimum, which is any outlier's.
+    /// Which height of the ground along the outline of a footprint is its floor.
+    pub ground: GroundLevel,
+    /// With `lowest`: the floor is this percentile of the height of the ground along the outline: of a surface without the
+    /// noise of its points, so that it is the ground itself where that is flat. Low, so that the walls of a building on a
+    /// slope reach down to the terrain at its lowest side; not the minimum, which is any cellar stair's.
     pub ground_percentile: f64,
+    /// Attribute of the footprints that holds the height of the floor, in the vertical unit of the CRS of the points; it goes
+    /// before a terrain model and the points. Where it holds no number the floor comes from these, with a note.
+    pub ground_attribute: Option<String>,
+    /// Terrain model from which the height of the ground is taken: a GeoTIFF in any CRS, its heights in the vertical system
+    /// of the points. It goes before the points; where it has no height they are asked.
+    pub dtm: Option<PathBuf>,
     /// With `any`: points lower than this above the ground are not building points, metres.
     pub least_height: f64,
     /// With `any`: a point is vegetation when neither it nor a neighbour of it lies in a flat neighbourhood: one whose
@@ -131,7 +154,10 @@ impl Default for SegmentOptions {
             ring_width: 3.0,
             ring_limit: 24.0,
             ring_area: 12,
+            ground: GroundLevel::Lowest,
             ground_percentile: 5.0,
+            ground_attribute: None,
+            dtm: None,
             least_height: 1.5,
             flatness: 0.03,
             hover_gap: 3.0,

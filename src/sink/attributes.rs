@@ -185,11 +185,20 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row(
         "gable_ground_source",
         "",
-        "what the ground was taken from: ground-points, lowest-points or bounding-box",
+        "what the floor was taken from: attribute, terrain-model, ground-points, neighbours, lowest-points or bounding-box",
         |s| s.building.measures.ground.and_then(|ground| keyword(ground.source)),
     ),
     row("gable_ground_spread", "m", "interquartile range of the ground heights around the building", |s| {
         number(s.building.measures.ground.map(|ground| ground.spread), 3)
+    }),
+    row(
+        "gable_floor_depth_min",
+        "m",
+        "least depth of the floor under the ground along the outline; negative where it hangs above",
+        |s| number(s.building.measures.floor_depth.map(|depth| depth[0]), 3),
+    ),
+    row("gable_floor_depth_max", "m", "greatest depth of the floor under the ground along the outline", |s| {
+        number(s.building.measures.floor_depth.map(|depth| depth[1]), 3)
     }),
     row("gable_primitives", "", "number of planes found in the points", |s| {
         (s.building.measures.points > 0).then(|| s.building.measures.primitives.into())

@@ -173,12 +173,13 @@ fn geometry(building: &Building, solid: &Solid, lod: &str, vertices: &mut Vertic
 
 fn semantic_surface(building: &Building, surface: &Surface) -> SemanticSurface {
     let height = |i: usize| surface.heights.and_then(|h| attributes::height(&building.frame, h[i]));
-    let members: [(&str, Option<Value>); 6] = [
+    let members: [(&str, Option<Value>); 7] = [
         ("slope", surface.slope.and_then(|v| rounded(v, 3)).map(Value::from)),
         ("azimuth", surface.azimuth.and_then(|v| rounded(v, 3)).map(Value::from)),
         ("height_min", height(0).map(Value::from)),
         ("height_max", height(1).map(Value::from)),
         ("on_footprint_edge", surface.on_footprint_edge.map(Value::from)),
+        ("floor_depth", surface.floor_depth.and_then(|v| rounded(v, 3)).map(Value::from)),
         ("confidence", surface.confidence.and_then(|v| rounded(v, 3)).map(Value::from)),
     ];
     let members = members.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));

@@ -8,7 +8,8 @@
 //! In CityJSON a building is a `Building` with the footprint (LoD 0), the attributes of the source and those of
 //! [`ATTRIBUTES`], and its parts are `BuildingPart`s `<id>-0`, `<id>-1`, … with a Solid at LoD 1.2, at LoD 2.2 or both.
 //! Semantic surfaces carry `slope` and `azimuth` (degrees; clockwise from north), `height_min` and `height_max`
-//! (vertical unit of the CRS) and `confidence` (0 to 1, LoD 2.2) on a `RoofSurface`, and `on_footprint_edge` on a `WallSurface`.
+//! (vertical unit of the CRS) and `confidence` (0 to 1, LoD 2.2) on a `RoofSurface`, `on_footprint_edge` and
+//! `floor_depth` (metres) on a `WallSurface`.
 //!
 //! There is no `FlatCityBuf`: its crate (`fcb_core` 0.7) brings a command-line parser, a table printer, a second
 //! `CityJSON` model from a pre-release and two unmaintained crates, and wants to know all attributes before the first

@@ -7,4 +7,5 @@ pub mod footprints;
 pub mod groups;
 pub(crate) mod open;
 pub mod points;
+pub mod raster;
 pub(crate) mod reread;

@@ -123,6 +123,29 @@ fn a_floor_that_was_guessed_is_told_and_trusted_less() {
 }
 
 #[test]
+fn a_roof_alone_is_no_success() {
+    // A gable of 45°, and nothing below its eaves.
+    let gable = |(x, y, roof, class)| (x, y, roof + 4.0 - f64::abs(y - CORNER[1] - 4.0), class);
+    let points: Vec<_> = house(6.0, 2).into_iter().filter(|point| point.3 == 6).map(gable).collect();
+    let (folder, run_of_roof) = run(&points, "");
+    let attributes = attributes(&folder);
+    let outcome = (attributes["gable_success"].as_bool(), attributes["gable_fallback_reason"].as_str());
+    assert_eq!(outcome, (Some(false), Some("too-low")), "{attributes} {}", run_of_roof.err);
+    assert_says(attributes["gable_fallback_detail"].as_str().unwrap(), &["nothing tells of the floor"]);
+    assert_eq!(attributes["gable_ground_source"], "bounding-box");
+}
+
+#[test]
+fn a_stated_floor_must_be_there() {
+    let (_, run_of_name) = run(&house(6.0, 2), "--ground-attribute maaiveld");
+    assert_eq!(run_of_name.code, 1);
+    assert_says(&run_of_name.err, &["house.geojson", "no attribute \"maaiveld\"", "--ground-attribute"]);
+    let (_, run_of_model) = run(&house(6.0, 2), "--dtm nowhere.tif");
+    assert_eq!(run_of_model.code, 1);
+    assert_says(&run_of_model.err, &["nowhere.tif: cannot open"]);
+}
+
+#[test]
 fn classes_that_do_not_occur_are_told() {
     let points = house(6.0, 2);
     let (_, run_of_ground) = run(&points, "--ground-class 8");

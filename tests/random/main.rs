@@ -60,6 +60,7 @@ fn case(number: u64) -> Case {
         footprint: (!is_bare).then_some(footprint),
         points: cloud.points,
         ground_points: Vec::new(),
+        ground_line: Vec::new(),
         ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
         covered: None,

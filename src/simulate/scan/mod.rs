@@ -58,6 +58,7 @@ impl Scan {
             footprint: self.footprint.clone(),
             points: self.points.clone(),
             ground_points: Vec::new(),
+            ground_line: Vec::new(),
             ground: Ground { height: self.ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             covered: None,

@@ -100,6 +100,7 @@ fn surface_of(given: &SemanticSurface, frame: &Frame) -> Surface {
         heights: height("height_min").zip(height("height_max")).map(|(min, max)| [min, max]),
         on_footprint_edge: given.attributes.get("on_footprint_edge").and_then(Value::as_bool),
         confidence: number("confidence"),
+        floor_depth: number("floor_depth"),
     }
 }
 

@@ -117,7 +117,12 @@ impl Keys {
 /// nothing.
 pub(super) fn read<'a>(record: impl Fn(u16) -> Option<&'a [u8]>) -> Result<Option<Crs>, String> {
     let Some(directory) = record(DIRECTORY) else { return Ok(None) };
-    let keys = Keys::read(directory, record(DOUBLES).unwrap_or_default(), record(ASCII).unwrap_or_default());
+    of_keys(directory, record(DOUBLES).unwrap_or_default(), record(ASCII).unwrap_or_default())
+}
+
+/// The CRS in such keys: their directory, and those of their values that are numbers and text, little-endian.
+pub(super) fn of_keys(directory: &[u8], doubles: &[u8], ascii: &[u8]) -> Result<Option<Crs>, String> {
+    let keys = Keys::read(directory, doubles, ascii);
     let context = Context::new()?;
     let Some(horizontal) =
         horizontal(&context, &keys).map_err(|e| format!("its GeoTIFF keys cannot be understood: {e}"))?

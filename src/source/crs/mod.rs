@@ -86,6 +86,17 @@ impl Crs {
         }
     }
 
+    /// The CRS in the GeoTIFF keys of a raster: the directory, and those of its values that are numbers and text; `None` when
+    /// they say nothing.
+    ///
+    /// # Errors
+    /// What is wrong with keys that cannot be understood.
+    pub(crate) fn from_geotiff_keys(directory: &[u16], doubles: &[f64], ascii: &str) -> Result<Option<Self>, String> {
+        let directory: Vec<u8> = directory.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let doubles: Vec<u8> = doubles.iter().flat_map(|value| value.to_le_bytes()).collect();
+        geotiff::of_keys(&directory, &doubles, ascii.as_bytes())
+    }
+
     /// A CRS as a user or a file names it: `EPSG:7415`, `28992` (EPSG is meant), `EPSG:2154+5720`, URN, URI, WKT of any
     /// dialect, PROJJSON, PROJ string, or the exact name of a system in the EPSG database.
     ///

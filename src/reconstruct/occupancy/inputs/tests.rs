@@ -18,6 +18,7 @@ fn flat() -> Site {
         footprint: Some(MultiPolygon(vec![Polygon::new(ring, vec![])])),
         points: points.collect(),
         ground_points: Vec::new(),
+        ground_line: Vec::new(),
         ground: Ground { height: 1.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
         covered: None,

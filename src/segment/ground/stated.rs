@@ -1,0 +1,197 @@
+//! Floors that the user states: by an attribute of the footprints, or by a terrain model.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use geo::BoundingRect;
+use serde_json::Value;
+
+use super::around::{Level, height_of};
+use super::{Found, outline};
+use crate::error::{InputError, Result};
+use crate::segment::neighbourhood::Neighbourhood;
+use crate::segment::options::{GroundLevel, SegmentOptions};
+use crate::site::{Ground, GroundSource};
+use crate::source::crs::{Crs, Transformer};
+use crate::source::footprints::Footprint;
+use crate::source::raster::HeightRaster;
+
+/// Side of the squares in whose order the terrain model is asked, metres: it is read in pieces, of which few are kept.
+const SQUARE: f64 = 500.0;
+/// Attributes that an error names at most.
+const MOST_NAMES: usize = 20;
+
+/// What the user states of the floors.
+#[derive(Debug, Clone, Default)]
+pub(in crate::segment) struct Stated {
+    /// Floors that attributes give, local metres, by the footprint.
+    attributes: BTreeMap<usize, f64>,
+    /// The terrain along the outline, local metres, by the footprint.
+    terrain: BTreeMap<usize, Vec<[f64; 3]>>,
+    /// The terrain in the middle of the footprint.
+    middles: BTreeMap<usize, f64>,
+    /// What is to be told of single footprints.
+    pub notes: BTreeMap<usize, String>,
+    /// What is to be told of all.
+    pub warnings: Vec<String>,
+}
+
+impl Stated {
+    /// The ground of footprint `index`: what is stated, else what the ground points tell.
+    pub(super) fn of(&self, index: usize, seen: Option<&Level>, options: &SegmentOptions) -> Option<Found> {
+        let (spread, line) = seen.map_or((0.0, &[][..]), |level| (level.spread, level.line.as_slice()));
+        let terrain = self.terrain.get(&index);
+        let line = terrain.map_or(line, Vec::as_slice);
+        let ground = |height, source| Some((Ground { height, spread, source }, line.to_vec()));
+        if let Some(height) = self.attributes.get(&index) {
+            return ground(*height, GroundSource::Attribute);
+        }
+        if let Some(terrain) = terrain {
+            let middle = self.middles.get(&index).filter(|_| options.ground == GroundLevel::Plane);
+            return ground(middle.copied().unwrap_or_else(|| height_of(terrain, options)), GroundSource::TerrainModel);
+        }
+        ground(seen?.height, GroundSource::GroundPoints)
+    }
+}
+
+/// What `options` say of the floors of `footprints`; the terrain model is asked for those that are `wanted`.
+///
+/// # Errors
+/// No footprint has the attribute, or the terrain model cannot be read or has no height for any footprint.
+pub(in crate::segment) fn read(
+    footprints: &[Footprint],
+    all: &Neighbourhood,
+    crs: &Crs,
+    wanted: impl Fn(usize) -> bool,
+    options: &SegmentOptions,
+) -> Result<Stated> {
+    let mut stated = Stated::default();
+    if let Some(name) = &options.ground_attribute {
+        by_attribute(name, footprints, all, &mut stated)?;
+    }
+    if let Some(path) = &options.dtm {
+        by_terrain(path, all, crs, wanted, &mut stated)?;
+    }
+    Ok(stated)
+}
+
+fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, stated: &mut Stated) -> Result<()> {
+    if !footprints.iter().any(|footprint| footprint.attributes.contains_key(name)) {
+        let mut names: Vec<&str> =
+            footprints.iter().flat_map(|footprint| footprint.attributes.keys()).map(String::as_str).collect();
+        names.sort_unstable();
+        names.dedup();
+        let more = if names.len() > MOST_NAMES { ", …" } else { "" };
+        names.truncate(MOST_NAMES);
+        let expected = match names.as_slice() {
+            [] => "an attribute with the heights of their floors".to_owned(),
+            names => format!("one of {}{more}", names.join(", ")),
+        };
+        let fault = InputError::new("footprints", format!("no attribute {name:?}"), expected);
+        return Err(fault.remedy("Name another one with --ground-attribute, or leave it out").into());
+    }
+    for (index, footprint) in footprints.iter().enumerate() {
+        let value = footprint.attributes.get(name);
+        if let Some(height) = value.and_then(number) {
+            let frame = &all.frames[index];
+            stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
+        } else {
+            let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no number"));
+            stated.notes.insert(index, format!("the attribute {name:?} {found}: its floor comes from elsewhere"));
+        }
+    }
+    if !stated.notes.is_empty() {
+        let (without, total) = (stated.notes.len(), footprints.len());
+        stated.warnings.push(format!(
+            "{without} of {total} footprints have no number in {name:?} (--ground-attribute): their floors come from elsewhere"
+        ));
+    }
+    Ok(())
+}
+
+/// A number, or a text that is one.
+fn number(value: &Value) -> Option<f64> {
+    let number = match value {
+        Value::Number(number) => number.as_f64(),
+        Value::String(text) => text.trim().parse().ok(),
+        _ => None,
+    };
+    number.filter(|number: &f64| number.is_finite())
+}
+
+fn by_terrain(
+    path: &Path,
+    all: &Neighbourhood,
+    crs: &Crs,
+    wanted: impl Fn(usize) -> bool,
+    stated: &mut Stated,
+) -> Result<()> {
+    let mut raster = HeightRaster::open(path)?;
+    let mut order: Vec<(usize, [f64; 2], [i64; 2])> = (0..all.frames.len())
+        .filter(|index| wanted(*index) && !stated.attributes.contains_key(index))
+        .filter_map(|index| {
+            let (low, _) = all.surroundings(index, 0.0)?;
+            let square = [1, 0].map(|axis| (low[axis] * crs.metres_per_unit[axis] / SQUARE).floor() as i64);
+            Some((index, low, square))
+        })
+        .collect();
+    order.sort_by_key(|(index, _, square)| (*square, *index));
+    let bounds = order.iter().fold([f64::MAX, f64::MAX, f64::MIN, f64::MIN], |[x0, y0, x1, y1], (_, [x, y], _)| {
+        [x0.min(*x), y0.min(*y), x1.max(*x), y1.max(*y)]
+    });
+    if order.is_empty() {
+        return Ok(());
+    }
+    if raster.crs().is_none() {
+        let file = path.display();
+        stated.warnings.push(format!("{file}: it names no CRS and is taken to be in that of the points"));
+    }
+    let own = raster.crs().unwrap_or(crs).clone();
+    let way = Transformer::new(crs, &own, Some(bounds)).map_err(|reason| {
+        InputError::new(path, reason, "a terrain model in a CRS to which there is a way from that of the points")
+    })?;
+    stated.warnings.extend(way.warning().map(|warning| format!("{}: {warning}", path.display())));
+    let mut without = 0;
+    for (index, ..) in &order {
+        let frame = &all.frames[*index];
+        let polygon = &all.polygons[*index];
+        let centre = polygon.bounding_rect().map(|rect| [rect.center().x, rect.center().y]);
+        let mut places = outline::places(polygon);
+        places.extend(centre);
+        let to_crs = |axis: usize, local: f64| frame.origin[axis] + local / frame.metres_per_unit[axis];
+        let mut there: Vec<[f64; 2]> = places.iter().map(|p| [to_crs(0, p[0]), to_crs(1, p[1])]).collect();
+        way.transform(&mut there);
+        let mut line = Vec::with_capacity(places.len());
+        for (place, there) in places.iter().zip(there) {
+            if let Some(height) = raster.height(there)? {
+                line.push([place[0], place[1], (height - frame.origin[2]) * frame.metres_per_unit[2]]);
+            }
+        }
+        if line.last().map(|p| [p[0], p[1]]) == centre
+            && let Some(middle) = line.pop()
+        {
+            stated.middles.insert(*index, middle[2]);
+        }
+        if line.is_empty() {
+            without += 1;
+        } else {
+            stated.terrain.insert(*index, line);
+        }
+    }
+    let total = order.len();
+    if without == total {
+        let [x0, y0, x1, y1] = raster.extent();
+        let found = format!(
+            "no height at any of {total} footprints: it covers x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2} in {own}"
+        );
+        let fault = InputError::new(path, found, "a terrain model that covers the footprints");
+        return Err(fault.remedy("Check its CRS, or leave --dtm out").into());
+    }
+    if without > 0 {
+        stated.warnings.push(format!(
+            "{}: it has no height at {without} of {total} footprints; their floors come from elsewhere",
+            path.display()
+        ));
+    }
+    Ok(())
+}
