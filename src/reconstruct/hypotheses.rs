@@ -28,6 +28,10 @@ const TOP_MARGIN: f64 = 0.4;
 const TRACE_MARGIN: f64 = 0.05;
 /// Height jumps reach further: their ends are known to a pixel only.
 const JUMP_MARGIN: f64 = 0.4;
+/// A wall this long that was scanned this far from all that are known contradicts the footprint, metres: shorter ones are
+/// dormers and balconies, and footprints are seldom better.
+const STRAY_LENGTH: f64 = 3.0;
+const STRAY_DISTANCE: f64 = 0.5;
 /// A height jump this close to the line of a footprint edge or of another jump is on it, metres.
 const SAME_LINE: f64 = 0.35;
 
@@ -52,8 +56,19 @@ pub struct Hypotheses {
     pub outline: Option<MultiPolygon<f64>>,
     /// The walls that were scanned, for want of a footprint: which primitive each became, and the box of its points.
     pub seen_walls: Vec<(usize, Aabb)>,
+    /// The walls that were scanned where neither the footprint nor a step of the roof has one.
+    pub strays: Vec<StrayWall>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
+}
+
+/// A wall that contradicts the footprint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrayWall {
+    /// How long it is, metres.
+    pub length: f64,
+    /// How far it is from the nearest wall that is known, metres.
+    pub distance: f64,
 }
 
 impl Hypotheses {
@@ -83,6 +98,7 @@ impl Hypotheses {
             detected: detected.count,
             outline: footprint.is_none().then(|| outline::of_map(&map)),
             seen_walls: Vec::new(),
+            strays: Vec::new(),
             map,
             footprint,
             bounds,
@@ -138,6 +154,18 @@ impl Hypotheses {
         let heights = [self.bounds.min[2] - 1.0, self.bounds.max[2] + 1.0];
         self.primitives.extend(edges.iter().map(|edge| edge.primitive(heights, TRACE_MARGIN)));
         self.primitives.extend(jumps.iter().map(|jump| jump.primitive(heights, JUMP_MARGIN)));
+        if !edges.is_empty() {
+            let far = STRAY_DISTANCE + 3.0 * detected.noise;
+            let open = walls.iter().zip(covered).filter(|(_, covered)| !**covered).map(|(wall, _)| wall);
+            self.strays = open
+                .filter_map(|wall| wall_trace(wall, &site.points))
+                .map(|wall| {
+                    let known = edges.iter().chain(&jumps).map(|known| known.deviation(&wall));
+                    StrayWall { length: wall.length(), distance: known.fold(f64::INFINITY, f64::min) }
+                })
+                .filter(|stray| stray.length >= STRAY_LENGTH && stray.distance > far && stray.distance.is_finite())
+                .collect();
+        }
         // Walls that stand back under a roof are in no outline and no height jump.
         let set_back = walls.iter().zip(covered).filter(|(_, covered)| **covered);
         for (wall, trace) in set_back.filter_map(|(wall, _)| Some((wall, wall_trace(wall, &site.points)?))) {

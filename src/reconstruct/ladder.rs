@@ -153,6 +153,7 @@ mod tests {
             outline: None,
             result,
             roof_points: Vec::new(),
+            strays: Vec::new(),
             fit: None,
         }
     }

@@ -9,6 +9,7 @@ pub mod complex;
 pub(crate) mod confidence;
 mod decision;
 mod detected;
+mod evidence;
 mod fit;
 mod floor;
 mod floor_depth;
@@ -31,7 +32,8 @@ pub mod surface;
 mod unmodelled;
 
 pub use detected::Detected;
-pub use hypotheses::Hypotheses;
+pub use evidence::label;
+pub use hypotheses::{Hypotheses, StrayWall};
 pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
 
@@ -41,15 +43,12 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::geometry::Aabb;
 use crate::site::Site;
 use crate::solid::{Model, Part, Solid};
 use crate::validate;
-use complex::OUTSIDE;
 use confidence::Confidence;
 use decision::Decision;
 use fit::Fit;
-use labelling::Evidence;
 use occupancy::Occupancy;
 use standing::Standing;
 use surface::Labelled;
@@ -65,7 +64,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points, fit } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, strays, fit } = match stands {
         Ok(()) => {
             let whole = footprint::parted(&standing.site);
             ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field))
@@ -76,6 +75,15 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     measures.floor_depth = floor_depth::range(site);
     if let Some(why) = &measures.field_fallback {
         notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
+    }
+    if let Some(stray) = strays.iter().max_by(|a, b| a.length.total_cmp(&b.length)) {
+        notes.push(format!(
+            "{} wall(s) were scanned where the footprint has none, the longest ({:.0} m) {:.1} m from the nearest: the \
+             footprint may be displaced or out of date",
+            strays.len(),
+            stray.length,
+            stray.distance
+        ));
     }
     let (solids, failure) = match result {
         Ok(solids) => {
@@ -191,6 +199,8 @@ struct Attempt {
     result: Result<Vec<Solid>, Failure>,
     /// The building points on roofs, ascending.
     roof_points: Vec<u32>,
+    /// The walls that were scanned where none is known.
+    strays: Vec<StrayWall>,
     /// How well the solids fit; `None` where there are none.
     fit: Option<Fit>,
 }
@@ -199,7 +209,7 @@ impl Attempt {
     /// None was made.
     fn failed(site: &Site, failure: Failure) -> Self {
         let measures = first_measures(site);
-        Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), fit: None }
+        Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), strays: Vec::new(), fit: None }
     }
 }
 
@@ -245,7 +255,7 @@ fn attempt_with(
 ) -> Attempt {
     let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    let Solution { measures, outline, solids, roof_points } = solution;
+    let Solution { measures, outline, solids, roof_points, strays } = solution;
     let scanned = fit::Scanned {
         site,
         roof_points: &roof_points,
@@ -254,7 +264,7 @@ fn attempt_with(
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
-    Attempt { measures, outline, result, roof_points, fit }
+    Attempt { measures, outline, result, roof_points, strays, fit }
 }
 
 /// What the method made of the planes that it was given.
@@ -268,6 +278,8 @@ struct Solution {
     solids: Vec<Solid>,
     /// The building points on roofs, ascending.
     roof_points: Vec<u32>,
+    /// The walls that were scanned where none is known.
+    strays: Vec<StrayWall>,
 }
 
 impl Solution {
@@ -282,6 +294,7 @@ impl Solution {
         measures.roof_heights =
             measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
         self.roof_points = hypotheses.roof_inliers();
+        self.strays.clone_from(&hypotheses.strays);
         measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
         measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
         measures.cells = complex.cells.len();
@@ -332,50 +345,6 @@ impl Solution {
     }
 }
 
-/// The label of each cell, inside or not, by the cut (paper, section 3.4) that follows these occupancies; `height_field`
-/// says whether nothing may hang over. Nor may anything where the scan saw nothing under a roof: what a field makes of
-/// walls that it must guess is no overhang.
-pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, parameters: &Parameters) -> Vec<bool> {
-    let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
-    let height_field = height_field || !hypotheses.shows_overhang;
-    let areas = complex.facet_areas();
-    let support = facet_support(complex, hypotheses, fixed);
-    let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
-    labelling::label(complex, &evidence, &parameters.labelling)
-}
-
-/// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their
-/// plane, undersides and, without a footprint, walls where they were scanned, and walls on the footprint's outline.
-fn facet_support(complex: &complex::Complex, hypotheses: &Hypotheses, fixed: &[Option<bool>]) -> Vec<f64> {
-    let undersides: Vec<(complex::PlaneId, Aabb)> = hypotheses.undersides(complex).collect();
-    let walls: Vec<(complex::PlaneId, Aabb)> = hypotheses.seen_walls(complex).collect();
-    let covered = |cell: u32| cell != OUTSIDE && fixed.get(cell as usize).copied().flatten().is_none();
-    (0u32..)
-        .zip(&complex.facets)
-        .map(|(id, facet)| {
-            let [below, above] = facet.cells.map(covered);
-            if below != above {
-                return 1.0;
-            }
-            let corners = complex.facet_positions(id);
-            let count = corners.len().max(1) as f64;
-            let centre = corners.fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords) / count;
-            let within = |seen: &Aabb| (0..2).all(|i| seen.min[i] <= centre[i] && centre[i] <= seen.max[i]);
-            // The box of a wall along an axis has no width.
-            let along = |seen: &Aabb| (0..3).all(|i| seen.min[i] - 0.1 <= centre[i] && centre[i] <= seen.max[i] + 0.1);
-            if walls.iter().any(|(plane, seen)| *plane == facet.plane && along(seen)) {
-                return 1.0;
-            }
-            if undersides.iter().any(|(plane, seen)| *plane == facet.plane && within(seen)) {
-                return 1.0;
-            }
-            let seen = hypotheses.map.pixel_at(&centre.xy().into()).map(|[c, r]| hypotheses.map.label(c, r));
-            let plane = seen.and_then(|label| complex.primitive_planes.get(label as usize)).map(|p| p.plane);
-            if plane == Some(facet.plane) { 1.0 } else { 0.0 }
-        })
-        .collect()
-}
-
 /// Parts of LoD 2.2 `solids` and LoD 1.2 `blocks`.
 fn parts(solids: Vec<Solid>, blocks: Vec<Solid>) -> Vec<Part> {
     let count = solids.len().max(blocks.len());
@@ -391,5 +360,7 @@ fn volume<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<f64> {
     solids.map(Solid::volume).reduce(|a, b| a + b)
 }
 
+#[cfg(test)]
+mod object_tests;
 #[cfg(test)]
 mod tests;

@@ -185,7 +185,7 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row(
         "gable_ground_source",
         "",
-        "what the floor was taken from: attribute, terrain-model, ground-points, neighbours, lowest-points or bounding-box",
+        "what the floor was taken from: attribute, terrain-model, ground-points, neighbours, lowest-points, scanned-floor or bounding-box",
         |s| s.building.measures.ground.and_then(|ground| keyword(ground.source)),
     ),
     row("gable_ground_spread", "m", "interquartile range of the ground heights around the building", |s| {

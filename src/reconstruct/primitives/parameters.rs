@@ -82,7 +82,7 @@ impl Default for DetectionParameters {
             neighbours: 10,
             noise_factor: 3.0,
             minimum_tolerance: 0.05,
-            maximum_tolerance: 1.0,
+            maximum_tolerance: 5.0,
             normal_deviation: 20.0,
             minimum_area: 1.0,
             minimum_inliers: 5,

@@ -295,16 +295,17 @@ proptest! {
         seen.extend(&found.unassigned);
         seen.sort_unstable();
         prop_assert_eq!(seen, (0..points.len() as u32).collect::<Vec<_>>());
+        let most = DetectionParameters::default().maximum_tolerance;
         for primitive in &found.primitives {
             prop_assert!(primitive.inliers.len() >= 5 && primitive.inliers.is_sorted());
-            prop_assert!(primitive.residual <= 1.0 && primitive.plane.normal.z >= 0.0);
+            prop_assert!(primitive.residual <= most && primitive.plane.normal.z >= 0.0);
             let Extent::Patch(corners) = &primitive.extent else { panic!("a patch") };
             prop_assert!((3..=16).contains(&corners.len()));
             for corner in corners {
                 prop_assert!(primitive.plane.distance(corner).abs() < 1e-9);
             }
             for &i in &primitive.inliers {
-                prop_assert!(primitive.plane.distance(&points[i as usize]).abs() <= 1.0);
+                prop_assert!(primitive.plane.distance(&points[i as usize]).abs() <= most);
             }
         }
         prop_assert!(found.primitives.is_sorted_by_key(|p| std::cmp::Reverse(p.inliers.len())));

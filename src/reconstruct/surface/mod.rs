@@ -135,13 +135,15 @@ pub fn extract(
     let slivers = features::absorb_slivers(labelled, &mut inside);
     let features = features::remove(labelled, &mut inside, parameters.minimum_feature);
 
-    fill_cavities(complex, &mut inside);
-    if let Some(wedged) = wedge::wedged(labelled, &inside)? {
-        let (shells, relabelled, repairs) = shells(&wedged.labelled(), wedged.inside.clone(), step)?;
+    let mut filled = inside.clone();
+    fill_cavities(complex, &mut filled);
+    if let Some(wedged) = wedge::wedged(labelled, &filled)? {
+        let (shells, relabelled, mut repairs) = shells(&wedged.labelled(), wedged.inside.clone(), step)?;
+        repairs += inside.iter().zip(&filled).filter(|(a, b)| a != b).count();
         // What there was before the wedges is told as it was, but for what was relabelled since.
-        let kept = wedged.inside.iter().zip(&relabelled).zip(&mut inside);
+        let kept = wedged.inside.iter().zip(&relabelled).zip(&mut filled);
         kept.for_each(|((before, after), label)| *label = if before == after { *label } else { *after });
-        return Ok(Extraction { shells, inside, slivers, features, repairs, wedges: wedged.wedges });
+        return Ok(Extraction { shells, inside: filled, slivers, features, repairs, wedges: wedged.wedges });
     }
     let (shells, inside, repairs) = shells(labelled, inside, step)?;
     Ok(Extraction { shells, inside, slivers, features, repairs, wedges: 0 })

@@ -110,7 +110,7 @@ impl Wedge {
         let complex = labelled.complex;
         let [a, b] = ends.map(|end| complex.vertices[end as usize].position);
         let upright = (a.xy() - b.xy()).norm() < 1e-6;
-        let upper = if a.z < b.z { ends[1] } else { ends[0] };
+        let [lower, upper] = if a.z < b.z { ends } else { [ends[1], ends[0]] };
         if !upright {
             return None;
         }
@@ -121,7 +121,18 @@ impl Wedge {
         };
         let top = complex.facets[*facets.iter().find(roof)? as usize].plane;
         let is_free = |cells: &Vec<CellId>| cells.iter().all(|&cell| !member(cell) && !labelled.is_fixed(cell));
-        around.groups().filter(is_free).find_map(|cells| {
+        // A wedge in the corner over the higher of the two low roofs stands on it; in the other it might hang.
+        let stands = |cells: &Vec<CellId>| {
+            let facets = cells.iter().flat_map(|&cell| &complex.cells[cell as usize].facets);
+            facets.map(|&id| &complex.facets[id as usize]).any(|facet| {
+                let [below, above] = facet.cells;
+                let is_roof = complex.planes[facet.plane as usize].to_plane().normal.z > ROOF;
+                is_roof && below != OUTSIDE && member(below) && cells.contains(&above) && facet.corners.contains(&lower)
+            })
+        };
+        let mut corners: Vec<Vec<CellId>> = around.groups().filter(is_free).collect();
+        corners.sort_by_key(|cells| !stands(cells));
+        corners.into_iter().find_map(|cells| {
             // The two walls of the corner, as the directions in which they leave the edge.
             let mut along: Vec<Vector3<f64>> = Vec::new();
             for &id in cells.iter().flat_map(|&cell| &complex.cells[cell as usize].facets) {
