@@ -60,6 +60,8 @@ pub struct Hypotheses {
     pub strays: Vec<StrayWall>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
+    /// Standard deviation of the points across the surfaces that they sample, metres.
+    pub noise: f64,
 }
 
 /// A wall that contradicts the footprint.
@@ -102,6 +104,7 @@ impl Hypotheses {
             map,
             footprint,
             bounds,
+            noise: detected.noise,
         };
         hypotheses.primitives.extend(detected.undersides.iter().cloned());
         let revised = &regions[regions.len().saturating_sub(detected.revised)..];
@@ -121,7 +124,7 @@ impl Hypotheses {
     ) {
         let Detected { walls, covered, .. } = detected;
         let options = JumpOptions {
-            min_height: parameters.step_height,
+            min_height: parameters.step_height.max(3.0 * detected.noise),
             min_length: parameters.step_length,
             ground: self.footprint.is_none().then_some(site.ground.height),
         };

@@ -51,7 +51,7 @@ use decision::Decision;
 use fit::Fit;
 use occupancy::Occupancy;
 use standing::Standing;
-use surface::Labelled;
+use surface::{Labelled, SurfaceParameters};
 
 /// Reconstructs one building; `field` says how much its cells are inside. Whatever the site holds, a building comes back: a LoD 2.2 model, or what is left of it
 /// and the reason.
@@ -312,7 +312,10 @@ impl Solution {
         }
         let site = building.site;
         let labelled = Labelled { complex, inside: &inside, occupancy, volumes, fixed };
-        let extraction = surface::extract(&labelled, site.frame.step(), &parameters.surface).map_err(|error| {
+        // What is thinner than the noise was made by it.
+        let minimum_feature = parameters.surface.minimum_feature.max(hypotheses.noise);
+        let surface_parameters = SurfaceParameters { minimum_feature };
+        let extraction = surface::extract(&labelled, site.frame.step(), &surface_parameters).map_err(|error| {
             Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
         })?;
         let confidence = Confidence::new(building, &complex.facet_areas(), occupancy, &extraction.inside);

@@ -28,7 +28,8 @@ pub struct Parameters {
     /// too high.
     #[schemars(range(min = 0.0))]
     pub minimum_height: f64,
-    /// Smallest difference in height between neighbouring roofs that gets a wall, metres.
+    /// Smallest difference in height between neighbouring roofs that gets a wall, metres; never less than three standard
+    /// deviations of the noise.
     #[schemars(range(min = 0.0))]
     pub step_height: f64,
     /// Shortest wall between neighbouring roofs, metres.

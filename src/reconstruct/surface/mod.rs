@@ -40,7 +40,7 @@ use repair::{Repair, repair};
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceParameters {
     /// Spikes, slots and steps thinner than this (metres) are removed; no point farther than this from the labelled
-    /// surface changes sides. 0 keeps everything.
+    /// surface changes sides. Of a building whose points are noisier than this, what is thinner than their noise.
     pub minimum_feature: f64,
 }
 

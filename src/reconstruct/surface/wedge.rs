@@ -42,8 +42,8 @@ struct Wedge {
     cells: Vec<CellId>,
     /// The upright plane that parts it from the rest of them.
     side: Plane,
-    /// The roof that it is flush with.
-    top: PlaneId,
+    /// The roof that it is flush with; `None` where its cells end with the edge.
+    top: Option<PlaneId>,
 }
 
 /// Puts wedges at the upright edges along which the cells `inside` touch, unless a relabelling is cheap. `None` where
@@ -119,8 +119,11 @@ impl Wedge {
             let is_roof = complex.planes[facet.plane as usize].to_plane().normal.z.abs() > ROOF;
             is_roof && facet.corners.contains(&upper) && facet.cells[0] != OUTSIDE && member(facet.cells[0])
         };
-        let top = complex.facets[*facets.iter().find(roof)? as usize].plane;
-        let is_free = |cells: &Vec<CellId>| cells.iter().all(|&cell| !member(cell) && !labelled.is_fixed(cell));
+        let top = facets.iter().find(roof).map(|facet| complex.facets[*facet as usize].plane);
+        let top_of_edge = complex.vertices[upper as usize].position.z;
+        let ends_there = |cell: &CellId| complex.cell_aabb(*cell).max[2] <= top_of_edge + 1e-6;
+        let may = |cell: &CellId| !member(*cell) && !labelled.is_fixed(*cell) && (top.is_some() || ends_there(cell));
+        let is_free = |cells: &Vec<CellId>| cells.iter().all(may);
         // A wedge in the corner over the higher of the two low roofs stands on it; in the other it might hang.
         let stands = |cells: &Vec<CellId>| {
             let facets = cells.iter().flat_map(|&cell| &complex.cells[cell as usize].facets);
@@ -169,7 +172,7 @@ impl Wedged {
         let Some(side) = cutter.plane(&wedge.side) else { return };
         for &cell in &wedge.cells {
             let mut piece = cell;
-            for plane in [side, wedge.top] {
+            for plane in [Some(side), wedge.top].into_iter().flatten() {
                 let Some(new) = cutter.cut(piece, plane) else { continue };
                 let (complex, parent) = (cutter.complex(), piece as usize);
                 self.inside.push(self.inside[parent]);

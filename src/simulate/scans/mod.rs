@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::model::Model;
-use super::options::ScanOptions;
+use super::options::{ScanOptions, SetupChoice};
 use super::random::hash;
 use super::scan::{Scan, scan};
 use super::source::Source;
@@ -37,7 +37,7 @@ pub struct Job {
     pub sources: Vec<Source>,
     /// The CRS of the output.
     pub crs: Crs,
-    /// How scans are made; every building has a footprint, whatever they say.
+    /// How scans are made; every building has a footprint in its file, whatever they say.
     pub options: ScanOptions,
     /// What everything random follows from.
     pub seed: u64,
@@ -82,7 +82,9 @@ impl Scanned<'_> {
 pub fn write(job: &Job, progress: &(dyn Fn(u64) + Sync)) -> Result<Written> {
     let models = layout::arranged(&job.sources);
     let ids = layout::unique_ids(&models);
-    let options = ScanOptions { footprint: 1.0, ..job.options.clone() };
+    // What a scanner around a building sees is not cut off at its footprint.
+    let from_around = matches!(job.options.setup, SetupChoice::FullView | SetupChoice::NoBottom);
+    let options = ScanOptions { footprint: if from_around { 0.0 } else { 1.0 }, ..job.options.clone() };
     let files = ["points.laz", "footprints.geojson", "reference.city.json"].map(|name| job.output.join(name));
     let mut tile = tile::TileFile::create(&files[0], &job.crs, layout::corner(&models), job.overwrite)?;
     let mut footprints = footprints::Footprints::create(&files[1], &job.crs, job.overwrite)?;
