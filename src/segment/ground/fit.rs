@@ -10,6 +10,8 @@ const MEDIAN_TO_SIGMA: f64 = 1.4826;
 const BIWEIGHT: f64 = 4.685;
 /// Rounds of least distances, from which the spread is known, and of the biweight after it.
 const ROUNDS: [usize; 2] = [20, 6];
+/// Rounds that change height (metres) and slopes by less than this are the last.
+const SETTLED: f64 = 1e-3;
 /// What a slope costs, square metres: where points lie on a line they say nothing of the slope across it.
 const SLOPE_COST: f64 = 0.03;
 
@@ -43,13 +45,17 @@ impl Fit {
         let mut fit = Self { about, coefficients: [start, 0.0, 0.0], range: [f64::MIN, f64::MAX] };
         if shape == Shape::Plane {
             for _ in 0..ROUNDS[0] {
-                fit.reweighted(points, shape, |off| 1.0 / off.abs().max(LEAST_NOISE));
+                if fit.reweighted(points, shape, |off| 1.0 / off.abs().max(LEAST_NOISE)) < SETTLED {
+                    break;
+                }
             }
         }
         let off = median(points.iter().map(|(p, weight)| (fit.off(p).abs(), *weight)))?;
         let limit = BIWEIGHT * (MEDIAN_TO_SIGMA * off).max(LEAST_NOISE);
         for _ in 0..ROUNDS[1] {
-            fit.reweighted(points, shape, |off| (1.0 - (off / limit).powi(2)).max(0.0).powi(2));
+            if fit.reweighted(points, shape, |off| (1.0 - (off / limit).powi(2)).max(0.0).powi(2)) < SETTLED {
+                break;
+            }
         }
         let counted = points.iter().filter(|(p, weight)| *weight > 0.0 && fit.off(p).abs() < limit).map(|(p, _)| p[2]);
         let range = counted.fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(z), high.max(z)]);
@@ -70,8 +76,9 @@ impl Fit {
         point[2] - self.unlimited([point[0], point[1]])
     }
 
-    /// Least squares with every point weighted by its distance from the fit so far, too.
-    fn reweighted(&mut self, points: &[([f64; 3], f64)], shape: Shape, weight_of: impl Fn(f64) -> f64) {
+    /// Least squares with every point weighted by its distance from the fit so far, too. Returns the largest change of a
+    /// coefficient.
+    fn reweighted(&mut self, points: &[([f64; 3], f64)], shape: Shape, weight_of: impl Fn(f64) -> f64) -> f64 {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for (p, weight) in points {
             let weight = weight * weight_of(self.off(p));
@@ -87,13 +94,15 @@ impl Fit {
             normal[(axis, axis)] += cost.max(f64::MIN_POSITIVE);
         }
         if normal[(0, 0)] <= 0.0 {
-            return;
+            return 0.0;
         }
         if let Some(found) = normal.cholesky().map(|factors| factors.solve(&right))
             && found.iter().all(|value| value.is_finite())
         {
-            self.coefficients = found.into();
+            let before = std::mem::replace(&mut self.coefficients, found.into());
+            return before.iter().zip(&self.coefficients).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         }
+        0.0
     }
 }
 

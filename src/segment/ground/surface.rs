@@ -9,12 +9,15 @@ use super::fit::{Fit, LEAST_NOISE, Shape, loss, sigma};
 
 /// Points of the smallest neighbourhood through which a plane of its own is laid …
 const FEWEST_NEAR: usize = 12;
-/// … and most of the largest; each has twice as many as the one before.
+/// … and most of the largest; each has four times as many as the one before.
 const MOST_NEAR: usize = 192;
 /// From so many points on the ground may slope.
 const FEWEST_SLOPED: usize = 8;
 /// Most points at which the surfaces are compared.
-const MOST_ASKED: usize = 256;
+const MOST_ASKED: usize = 96;
+/// A level or a plane that the points leave by no more than this, standard deviation in metres, is not asked for more: nothing
+/// is to be gained but the noise of a scanner.
+const GOOD: f64 = 0.03;
 /// A simpler surface is taken until it is worse by more than so many standard errors …
 const STANDARD_ERRORS: f64 = 2.0;
 /// … or more than this share of the points is not of it at all: then the ground has several levels.
@@ -44,10 +47,11 @@ pub(super) struct Surface {
 impl Surface {
     /// The surface through `points`, local metres; `None` without any. The order of the points matters not.
     ///
-    /// It is level, or a plane, or a plane around every place, of a half, a quarter, … of the points, down to 12. Each
+    /// It is level, or a plane, or a plane around every place, of 12, 48 or 192 of the points. Each
     /// is asked for the height of points that it was not fitted to (for the whole planes it makes no difference); what it
     /// is off counts by the biweight, so that no pit or wall decides. The simplest is taken that is not worse than the
-    /// best by more than twice the standard error of the difference and leaves no more than a quarter of the points out. So flat ground gets one height from all its points,
+    /// best by more than twice the standard error of the difference and leaves no more than a quarter of the points out; a
+    /// level or a plane as good as a scanner is taken at once. So flat ground gets one height from all its points,
     /// whatever the noise, and terraces and ramps each their own.
     pub fn of(mut points: Vec<[f64; 3]>) -> Option<Self> {
         points.sort_unstable_by(crate::segment::lexicographic);
@@ -63,12 +67,22 @@ impl Surface {
         if points.len() < FEWEST_SLOPED {
             return Some(surface);
         }
-        let sizes = std::iter::successors(Some(FEWEST_NEAR), |size| Some(2 * size));
+        let asked: Vec<&[f64; 3]> = points.iter().step_by(points.len().div_ceil(MOST_ASKED)).collect();
+        let is_good = |form: &Form| {
+            let off = surface.off(*form, &asked);
+            let noise = sigma(off.iter().copied()).max(LEAST_NOISE);
+            let left_out = off.iter().filter(|off| loss(**off, noise) >= 1.0).count() as f64;
+            noise <= GOOD && left_out <= MOST_LEFT_OUT * off.len() as f64
+        };
+        if let Some(form) = [Form::Whole(level), Form::Whole(plane)].into_iter().find(is_good) {
+            surface.form = form;
+            return Some(surface);
+        }
+        let sizes = std::iter::successors(Some(FEWEST_NEAR), |size| Some(4 * size));
         let sizes = sizes.take_while(|size| *size <= MOST_NEAR.min(points.len() / 2)).map(Form::Near);
         let mut forms: Vec<Form> = sizes.collect();
         forms.extend([Form::Whole(plane), Form::Whole(level)]);
         forms.reverse();
-        let asked: Vec<&[f64; 3]> = points.iter().step_by(points.len().div_ceil(MOST_ASKED)).collect();
         let off: Vec<Vec<f64>> = forms.iter().map(|form| surface.off(*form, &asked)).collect();
         let noise = off.iter().map(|off| sigma(off.iter().copied())).fold(f64::MAX, f64::min).max(LEAST_NOISE);
         let losses: Vec<Vec<f64>> = off.iter().map(|off| off.iter().map(|off| loss(*off, noise)).collect()).collect();

@@ -33,7 +33,14 @@ pub(super) struct Table {
     fields: Vec<Field>,
     record: Vec<u8>,
     encoding: &'static Encoding,
+    /// What says that this is the encoding; `None` where nothing does.
+    stated_by: Option<&'static str>,
     left: u32,
+    /// How many records were read.
+    number: u64,
+    /// Values whose bytes are not of the encoding, and the first of them: its field, and its record from 1 on.
+    misread: u64,
+    first_misread: Option<(String, u64)>,
 }
 
 /// A record: its values, and whether it is marked as deleted.
@@ -54,7 +61,7 @@ impl Table {
         let record_length = usize::from(u16::from_le_bytes([start[10], start[11]]));
         let mut header = vec![0; header_length.saturating_sub(BLOCK)];
         file.read_exact(&mut header).map_err(|_| fault("a header that is cut off"))?;
-        let encoding = encoding_of(code_page, start[29]);
+        let (encoding, stated_by) = encoding_of(code_page, start[29]);
         let fields: Vec<Field> = header
             .as_chunks::<BLOCK>()
             .0
@@ -63,7 +70,7 @@ impl Table {
             .map(|field| {
                 let name = field[..11].split(|&b| b == 0).next().unwrap_or_default();
                 Field {
-                    name: decode(name, encoding).trim().to_string(),
+                    name: decode(name, encoding).0.trim().to_string(),
                     kind: field[11].to_ascii_uppercase(),
                     length: usize::from(field[16]),
                     decimals: field[17],
@@ -73,7 +80,17 @@ impl Table {
         if fields.iter().map(|field| field.length).sum::<usize>() >= record_length {
             return Err(fault("records that are shorter than their fields").into());
         }
-        Ok(Self { file, fields, record: vec![0; record_length], encoding, left })
+        Ok(Self {
+            file,
+            fields,
+            record: vec![0; record_length],
+            encoding,
+            stated_by,
+            left,
+            number: 0,
+            misread: 0,
+            first_misread: None,
+        })
     }
 
     /// The names of the columns whose values are kept.
@@ -86,18 +103,38 @@ impl Table {
         self.fields.iter().filter(|field| field.is_binary()).map(|field| &field.name)
     }
 
+    /// What is to be said of values, read so far, that are not in the encoding that the table or the `.cpg` file states;
+    /// `None` where all are, or where nothing is stated.
+    pub(super) fn lie(&self) -> Option<String> {
+        let (by, (field, record)) = (self.stated_by?, self.first_misread.as_ref()?);
+        let done =
+            if self.encoding == UTF_8 { "they were read as windows-1252" } else { "what is wrong in them became �" };
+        Some(format!(
+            "{} value(s) of the .dbf are not in {}, which {by} states, first `{field}` of record {record}: {done}; correct or \
+             remove the .cpg if they look wrong",
+            self.misread,
+            self.encoding.name()
+        ))
+    }
+
     /// The next record; `None` at the end, also when the file is cut off.
     pub(super) fn next(&mut self) -> Option<Record> {
         self.left = self.left.checked_sub(1)?;
         self.file.read_exact(&mut self.record).ok()?;
         let (flag, mut rest) = self.record.split_first()?;
         let is_deleted = *flag == DELETED;
+        self.number += 1;
         let mut attributes = Map::new();
         for field in &self.fields {
             let (bytes, after) = rest.split_at_checked(field.length)?;
             rest = after;
             if !field.is_binary() {
-                attributes.insert(field.name.clone(), field.value(bytes, self.encoding));
+                let (value, is_misread) = field.value(bytes, self.encoding);
+                if is_misread {
+                    self.misread += 1;
+                    self.first_misread.get_or_insert_with(|| (field.name.clone(), self.number));
+                }
+                attributes.insert(field.name.clone(), value);
             }
         }
         Some(Record { attributes, is_deleted })
@@ -110,8 +147,10 @@ impl Field {
             && !(self.kind == b'B' && self.length == 8)
     }
 
-    fn value(&self, bytes: &[u8], encoding: &'static Encoding) -> Value {
-        match (self.kind, bytes.len()) {
+    /// The value, and whether it is text whose bytes are not of the encoding.
+    fn value(&self, bytes: &[u8], encoding: &'static Encoding) -> (Value, bool) {
+        let mut is_misread = false;
+        let value = match (self.kind, bytes.len()) {
             (b'I' | b'+', 4) => bytes.first_chunk().map_or(Value::Null, |b| i32::from_le_bytes(*b).into()),
             (b'O' | b'B', 8) => bytes
                 .first_chunk()
@@ -128,11 +167,13 @@ impl Field {
                 format!("{}-{}-{}", &text[..4], &text[4..6], &text[6..]).into()
             }
             _ => {
-                let text = decode(bytes, encoding);
+                let text;
+                (text, is_misread) = decode(bytes, encoding);
                 let text = text.trim_end_matches([' ', '\0']);
                 if text.is_empty() { Value::Null } else { text.into() }
             }
-        }
+        };
+        (value, is_misread)
     }
 
     /// A number that stands as text. What a JSON number would change (leading zeros, too many digits) stays text.
@@ -154,9 +195,9 @@ impl Field {
     }
 }
 
-/// The encoding by the `.cpg` file, else by the header's language driver; else UTF-8, which [`decode`] leaves for
-/// Windows-1252 where the bytes are none.
-fn encoding_of(code_page: Option<&str>, language_driver: u8) -> &'static Encoding {
+/// The encoding by the `.cpg` file, else by the header's language driver, and which of them states it; else UTF-8, which
+/// [`decode`] leaves for Windows-1252 where the bytes are none.
+fn encoding_of(code_page: Option<&str>, language_driver: u8) -> (&'static Encoding, Option<&'static str>) {
     let label = code_page.map(|label| label.trim().to_ascii_lowercase().replace("ansi ", ""));
     let named = label.and_then(|label| {
         let bare = label.trim_start_matches("cp").trim_start_matches("windows-");
@@ -188,13 +229,18 @@ fn encoding_of(code_page: Option<&str>, language_driver: u8) -> &'static Encodin
         0xCB => Some(encoding_rs::WINDOWS_1253),
         _ => None,
     };
-    named.or(by_driver).unwrap_or(UTF_8)
+    match (named, by_driver) {
+        (Some(encoding), _) => (encoding, Some("the .cpg beside it")),
+        (None, Some(encoding)) => (encoding, Some("its header")),
+        (None, None) => (UTF_8, None),
+    }
 }
 
-fn decode(bytes: &[u8], encoding: &'static Encoding) -> String {
+/// The text of some bytes, and whether they are not of the encoding.
+fn decode(bytes: &[u8], encoding: &'static Encoding) -> (String, bool) {
     let (text, had_errors) = encoding.decode_without_bom_handling(bytes);
     if had_errors && encoding == UTF_8 {
-        return WINDOWS_1252.decode_without_bom_handling(bytes).0.into_owned();
+        return (WINDOWS_1252.decode_without_bom_handling(bytes).0.into_owned(), true);
     }
-    text.into_owned()
+    (text.into_owned(), had_errors)
 }

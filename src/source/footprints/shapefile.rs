@@ -70,6 +70,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
             });
         }
     }
+    info.warnings.extend(table.as_ref().and_then(Table::lie));
     if deleted > 0 {
         info.warnings.push(format!("{deleted} features are marked as deleted and were left out"));
     }

@@ -187,6 +187,13 @@ fn shapefiles_with_holes_long_numbers_and_accents() {
     assert!(layer.rejected.len() == 1 && layer.rejected[0].reason.contains("ends within"), "{:?}", layer.rejected);
     assert!(layer.crs.is_none() && layer.warnings.iter().any(|w| w.contains(".prj")));
     assert_sound(&layer);
+    // A `.cpg` that lies is told, and the name is read all the same.
+    assert!(layer.warnings.iter().all(|w| !w.contains("are not in")), "{:?}", layer.warnings);
+    fs::write(path.with_extension("cpg"), "UTF-8").unwrap();
+    let lying = read(&path, &options).unwrap();
+    assert_eq!(lying.footprints[0].attributes["NAME"], json!("  Café du  Nord"));
+    let told = |w: &String| w.contains("1 value(s) of the .dbf are not in UTF-8") && w.contains("`NAME` of record 1");
+    assert!(lying.warnings.iter().any(told), "{:?}", lying.warnings);
 }
 
 /// A shapefile of so many squares with the attribute `id`, and the bytes of its `.shp`, `.shx` and `.dbf`.
