@@ -42,8 +42,8 @@ fn contradictions_are_refused() {
         ("--building-class 2,6", &["found class 2 as building and as ground", "each class in one of them"]),
         ("--building-class 6,7", &["--building-class: found class 7, which is noise and never used"]),
         (
-            "--minimum-tolerance 2",
-            &["found a least tolerance of 2 and a largest of 1", "the first not above the second"],
+            "--minimum-tolerance 6",
+            &["found a least tolerance of 6 and a largest of 5", "the first not above the second"],
         ),
     ];
     for (options, says) in cases {

@@ -18,6 +18,10 @@ use crate::reconstruct::complex::{CellId, Complex, Cutter, FacetId, OUTSIDE, Pla
 const REACH: f64 = 0.1;
 /// A relabelling that costs less is the better repair, cubic metres.
 const CHEAP: f64 = 0.2;
+/// Places of one upright line are not farther apart in the plan than this, metres, …
+const SAME_LINE: f64 = 1e-3;
+/// … and nothing is nearer to a plane than this.
+const NOTHING: f64 = 1e-6;
 /// So often edges are looked for.
 const ROUNDS: usize = 4;
 /// Planes with less of a slope against the vertical than this are no roof (the z of their normal).
@@ -66,12 +70,19 @@ fn once(labelled: &Labelled, inside: &[bool]) -> Result<Option<Wedged>, SurfaceE
     for (component, facets) in components.facets.iter().enumerate() {
         let member = |cell: CellId| components.of_cell.get(cell as usize) == Some(&(component as u32));
         let boundary = Boundary::new(complex, facets, member)?;
-        for spot in &boundary.spots {
-            let Spot::Edge(a, b) = *spot else { continue };
-            let around = Around::new(complex, &member, *spot);
+        // What stands on one line is in pieces where planes cross it; their wedges belong into one corner.
+        let mut below: Option<(Point3<f64>, Vector3<f64>)> = None;
+        for [lower, upper] in upright(complex, &boundary.spots) {
+            let around = Around::new(complex, &member, Spot::Edge(lower.min(upper), lower.max(upper)));
             let relabelling = around.cheapest(labelled, inside, &member, |_| true);
-            if relabelling.is_none_or(|(cost, _)| cost > CHEAP) {
-                wedges.extend(Wedge::at(labelled, facets, &member, &around, [a, b]));
+            if relabelling.is_some_and(|(cost, _)| cost <= CHEAP) {
+                continue;
+            }
+            let place = complex.vertices[lower as usize].position;
+            let corner = below.filter(|(p, _)| (p.xy() - place.xy()).norm() < SAME_LINE).map(|(_, corner)| corner);
+            if let Some((wedge, corner)) = Wedge::at(labelled, facets, &member, &around, [lower, upper], corner) {
+                below = Some((place, corner));
+                wedges.push(wedge);
             }
         }
     }
@@ -98,30 +109,52 @@ fn once(labelled: &Labelled, inside: &[bool]) -> Result<Option<Wedged>, SurfaceE
     Ok(Some(wedged))
 }
 
+/// The upright edges among spots, lower end first, line by line from below.
+fn upright(complex: &Complex, spots: &[Spot]) -> Vec<[VertexId; 2]> {
+    let position = |vertex: VertexId| complex.vertices[vertex as usize].position;
+    let ends = spots.iter().filter_map(|spot| {
+        let Spot::Edge(a, b) = *spot else { return None };
+        let is_upright = (position(a).xy() - position(b).xy()).norm() < SAME_LINE;
+        is_upright.then(|| if position(a).z < position(b).z { [a, b] } else { [b, a] })
+    });
+    let mut edges: Vec<[VertexId; 2]> = ends.collect();
+    let key = |edge: &[VertexId; 2]| position(edge[0]);
+    edges.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+    });
+    edges
+}
+
 impl Wedge {
-    /// The wedge at an edge; `None` where the edge is not upright or no outside lies between two walls beside it.
+    /// The wedge at an upright edge, lower end first, and the direction of the corner that holds it, which is near to that
+    /// of `corner` if one is given; `None` where no outside lies between two walls beside the edge.
     fn at(
         labelled: &Labelled,
         facets: &[FacetId],
         member: &impl Fn(CellId) -> bool,
         around: &Around,
         ends: [VertexId; 2],
-    ) -> Option<Self> {
+        corner: Option<Vector3<f64>>,
+    ) -> Option<(Self, Vector3<f64>)> {
         let complex = labelled.complex;
-        let [a, b] = ends.map(|end| complex.vertices[end as usize].position);
-        let upright = (a.xy() - b.xy()).norm() < 1e-6;
-        let [lower, upper] = if a.z < b.z { ends } else { [ends[1], ends[0]] };
-        if !upright {
-            return None;
-        }
+        let [lower, upper] = ends;
+        let a = complex.vertices[lower as usize].position;
         let roof = |facet: &&u32| {
             let facet = &complex.facets[**facet as usize];
             let is_roof = complex.planes[facet.plane as usize].to_plane().normal.z.abs() > ROOF;
             is_roof && facet.corners.contains(&upper) && facet.cells[0] != OUTSIDE && member(facet.cells[0])
         };
         let top = facets.iter().find(roof).map(|facet| complex.facets[*facet as usize].plane);
-        let top_of_edge = complex.vertices[upper as usize].position.z;
-        let ends_there = |cell: &CellId| complex.cell_aabb(*cell).max[2] <= top_of_edge + 1e-6;
+        // Whether a cell goes on above the edge.
+        let over = complex.vertices[upper as usize].position + Vector3::z() * SAME_LINE;
+        let ends_there = |cell: &CellId| {
+            complex.cells[*cell as usize].facets.iter().any(|&facet| {
+                let facet = &complex.facets[facet as usize];
+                let distance = complex.planes[facet.plane as usize].to_plane().distance(&over);
+                if facet.cells[0] == *cell { distance > NOTHING } else { distance < -NOTHING }
+            })
+        };
         let may = |cell: &CellId| !member(*cell) && !labelled.is_fixed(*cell) && (top.is_some() || ends_there(cell));
         let is_free = |cells: &Vec<CellId>| cells.iter().all(may);
         // A wedge in the corner over the higher of the two low roofs stands on it; in the other it might hang.
@@ -133,9 +166,7 @@ impl Wedge {
                 is_roof && below != OUTSIDE && member(below) && cells.contains(&above) && facet.corners.contains(&lower)
             })
         };
-        let mut corners: Vec<Vec<CellId>> = around.groups().filter(is_free).collect();
-        corners.sort_by_key(|cells| !stands(cells));
-        corners.into_iter().find_map(|cells| {
+        let held = |cells: Vec<CellId>| {
             // The two walls of the corner, as the directions in which they leave the edge.
             let mut along: Vec<Vector3<f64>> = Vec::new();
             for &id in cells.iter().flat_map(|&cell| &complex.cells[cell as usize].facets) {
@@ -155,8 +186,15 @@ impl Wedge {
             let second = rest.iter().min_by(|p, q| p.dot(first).total_cmp(&q.dot(first)))?;
             let across = Unit::try_new(Vector3::new(second.y - first.y, first.x - second.x, 0.0), 0.1)?;
             let side = Plane::through(&Point3::from(a.coords + first * REACH), across);
-            Some(Self { ends, cells, side, top })
-        })
+            let direction = (first + second).try_normalize(0.1)?;
+            Some((stands(&cells), direction, Self { ends, cells, side, top }))
+        };
+        let rank = |(stands, direction, _): &(bool, Vector3<f64>, Self)| match corner {
+            Some(corner) => direction.dot(&corner),
+            None => f64::from(u8::from(*stands)),
+        };
+        let best = around.groups().filter(is_free).filter_map(held).min_by(|a, b| rank(b).total_cmp(&rank(a)));
+        best.map(|(_, direction, wedge)| (wedge, direction))
     }
 }
 
