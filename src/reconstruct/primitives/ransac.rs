@@ -17,6 +17,8 @@ use crate::geometry::{Plane, Random};
 const BATCH: usize = 64;
 /// Share of the level weights that follows the scores; the rest stays uniform (section 4.3.1).
 const LEARNED: f64 = 0.9;
+/// No more candidates than this are kept.
+const MOST_CANDIDATES: usize = 256;
 /// Even a cloud without any plane is given up after so many samples.
 const MOST_SAMPLES: f64 = 2e5;
 
@@ -39,6 +41,7 @@ pub(super) fn segment(
         }
         drawn += BATCH as f64;
         total += BATCH as f64;
+        search.prune();
         while let Some(best) = search.best() {
             let size = search.candidates[best].bounds.expected;
             if size < tolerances.inliers as f64 || search.found(size, drawn) <= probability {
@@ -208,6 +211,14 @@ impl<'a> Search<'a> {
         true
     }
 
+    /// Keeps the most promising candidates: of a hall with hundreds of planes every one is drawn again and again.
+    fn prune(&mut self) {
+        if self.candidates.len() > MOST_CANDIDATES {
+            self.candidates.sort_by(|a, b| b.bounds.expected.total_cmp(&a.bounds.expected));
+            self.candidates.truncate(MOST_CANDIDATES / 2);
+        }
+    }
+
     /// The best candidate, after scoring it and its rivals until their bounds part them (section 4.5.1).
     fn best(&mut self) -> Option<usize> {
         loop {
@@ -229,28 +240,33 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes the points of a candidate's plane out, after refitting it to its largest connected component. The
-    /// candidate is gone in any case; false when its component was too small.
+    /// Takes the points of a candidate's plane out, after refitting it to its largest connected component: that one and
+    /// all others that are large enough, each a segment of its own, so that the gables of a hall on one plane are found
+    /// together. The candidate is gone in any case; false when its component was too small.
     fn extract(&mut self, best: usize) -> bool {
         /// The component settles after a refit or two.
         const REFITS: usize = 2;
         let candidate = self.candidates.swap_remove(best);
         let mut plane = candidate.plane;
-        let mut members = self.component(&plane);
+        let mut components = self.components(&plane);
         for _ in 0..REFITS {
+            let Some(members) = components.first() else { return false };
             let Some(&first) = members.first() else { return false };
-            let moments = Moments::of(self.points[first as usize], self.points, &members);
+            let moments = Moments::of(self.points[first as usize], self.points, members);
             let Some(fit) = moments.fit().filter(|fit| fit.width >= self.tolerances.width) else { return false };
-            let again = self.component(&fit.plane);
-            if again.len() < members.len() {
+            let again = self.components(&fit.plane);
+            if again.first().is_none_or(|largest| largest.len() < members.len()) {
                 break;
             }
-            (plane, members) = (fit.plane, again);
+            (plane, components) = (fit.plane, again);
         }
-        if members.len() < self.tolerances.inliers {
+        components.retain(|component| component.len() >= self.tolerances.inliers);
+        if components.is_empty() {
             return false;
         }
-        self.segmentation.push(&members, plane);
+        for component in &components {
+            self.segmentation.push(component, plane);
+        }
         let labels = &self.segmentation.labels;
         self.octree.retain(|i| labels[i as usize] == NONE);
         self.divide();
@@ -263,15 +279,15 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// The largest connected component of the free inliers of a plane, ascending (section 4.1).
-    fn component(&self, plane: &Plane) -> Vec<u32> {
+    /// The connected components of the free inliers of a plane (section 4.1), the largest first, each ascending.
+    fn components(&self, plane: &Plane) -> Vec<Vec<u32>> {
         let mut left: Vec<u32> = self.order.iter().copied().filter(|&i| self.belongs(i, plane)).collect();
         left.sort_unstable();
         let mut open = vec![false; self.points.len()];
         for &i in &left {
             open[i as usize] = true;
         }
-        let mut largest = Vec::new();
+        let mut components: Vec<Vec<u32>> = Vec::new();
         let reach = self.tolerances.reach.powi(2);
         for &start in &left {
             if !std::mem::take(&mut open[start as usize]) {
@@ -288,12 +304,11 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            if component.len() > largest.len() {
-                largest = component;
-            }
+            component.sort_unstable();
+            components.push(component);
         }
-        largest.sort_unstable();
-        largest
+        components.sort_by(|a, b| b.len().cmp(&a.len()).then(a.cmp(b)));
+        components
     }
 
     fn belongs(&self, point: u32, plane: &Plane) -> bool {
