@@ -3,7 +3,7 @@
 //! Where four roofs meet in a corner and two of them, across from each other, are higher than the others, the two touch
 //! along an edge that no 2-manifold can have. To give a whole cell the other label would fill or take away a roof. So the
 //! complex is cut once more, exactly as before: a wedge of a decimetre beside the edge, below the lower of the two roofs
-//! and flush with it, joins them.
+//! and flush with it, joins them. Where one goes is judged in floating point; what it cuts is cut exactly.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -127,6 +127,13 @@ fn upright(complex: &Complex, spots: &[Spot]) -> Vec<[VertexId; 2]> {
 }
 
 impl Wedge {
+    /// Whether a cell holds the whole edge.
+    fn is_held(&self, complex: &Complex, cell: CellId) -> bool {
+        let holds =
+            |end: &VertexId| contains(complex, cell, &complex.cells[cell as usize], &complex.vertices[*end as usize]);
+        self.ends.iter().all(holds)
+    }
+
     /// The wedge at an upright edge, lower end first, and the direction of the corner that holds it, which is near to that
     /// of `corner` if one is given; `None` where no outside lies between two walls beside the edge.
     fn at(
@@ -209,6 +216,10 @@ impl Wedged {
     fn put(&mut self, wedge: &Wedge, cutter: &mut Cutter) {
         let Some(side) = cutter.plane(&wedge.side) else { return };
         for &cell in &wedge.cells {
+            // A wedge at another edge of this cell may have taken this one's part: it is looked for in the next round.
+            if !wedge.is_held(cutter.complex(), cell) {
+                continue;
+            }
             let mut piece = cell;
             for plane in [Some(side), wedge.top].into_iter().flatten() {
                 let Some(new) = cutter.cut(piece, plane) else { continue };
@@ -218,10 +229,7 @@ impl Wedged {
                 self.fixed.push(self.fixed[parent]);
                 self.volumes.push(complex.cell_moments(new).0);
                 self.volumes[parent] = complex.cell_moments(piece).0;
-                let holds = |end: &VertexId| {
-                    contains(complex, new, &complex.cells[new as usize], &complex.vertices[*end as usize])
-                };
-                if wedge.ends.iter().all(holds) {
+                if wedge.is_held(complex, new) {
                     piece = new;
                 }
             }
