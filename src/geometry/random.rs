@@ -34,6 +34,12 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// A number that is normal to within three standard deviations of 1, and bounded: noise for tests.
+    #[cfg(test)]
+    pub fn bell(&mut self) -> f64 {
+        (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
+    }
+
     /// True with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability

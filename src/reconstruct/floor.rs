@@ -40,7 +40,10 @@ pub(super) fn found<'a>(site: &'a Site, parameters: &Parameters, notes: &mut Vec
     let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
     let level: Vec<Primitive> =
         detection.primitives.into_iter().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).collect();
-    if let Some(height) = scanned(&site.points, &level, detection.noise) {
+    let tops = Tops::new(&site.points, &level);
+    let (below, roofs): (Vec<_>, Vec<_>) = (0..).zip(&level).partition(|(label, plane)| tops.cover(plane, *label));
+    let [below, roofs] = [below, roofs].map(|planes| planes.into_iter().map(|(_, plane)| plane).collect::<Vec<_>>());
+    if let Some(height) = scanned(&site.points, &below, detection.noise) {
         notes.push("the floor was scanned: the building stands on it".to_owned());
         let ground = Ground { height, spread: 0.0, source: GroundSource::ScannedFloor };
         return Cow::Owned(Site { ground, ..site.clone() });
@@ -50,17 +53,16 @@ pub(super) fn found<'a>(site: &'a Site, parameters: &Parameters, notes: &mut Vec
     if !is_own {
         return Cow::Borrowed(site);
     }
-    let Some(height) = wall_feet(&wall_heights(&site.points, &level), detection.noise) else {
+    let Some(height) = wall_feet(&wall_heights(&site.points, &roofs), detection.noise) else {
         return Cow::Borrowed(site);
     };
     let ground = Ground { height, spread: 0.0, source: GroundSource::LowestPoints };
     Cow::Owned(Site { ground, ..site.clone() })
 }
 
-/// The height of the floor among planes that do not stand: the lowest of those that lie under others, if it is as wide as
-/// a floor and nothing lies below it.
-fn scanned(points: &[Point3<f64>], level: &[Primitive], noise: f64) -> Option<f64> {
-    let tops = Tops::new(points, level);
+/// The height of the floor among planes that lie under others: the lowest, if it is as wide as a floor and nothing lies
+/// below it.
+fn scanned(points: &[Point3<f64>], below: &[&Primitive], noise: f64) -> Option<f64> {
     let plan = |indices: &mut dyn Iterator<Item = &Point3<f64>>| -> f64 {
         indices.map(|p| (p.x, p.y)).collect::<MultiPoint<f64>>().convex_hull().unsigned_area()
     };
@@ -70,23 +72,20 @@ fn scanned(points: &[Point3<f64>], level: &[Primitive], noise: f64) -> Option<f6
         let corners = floor.inliers.iter().filter_map(|&i| points.get(i as usize));
         corners.filter_map(|p| floor.plane.height_at(p.x, p.y)).fold(f64::INFINITY, f64::min)
     };
-    let lowest = (0..)
-        .zip(level)
-        .filter(|(label, floor)| floor.plane.slope_degrees() <= STEEPEST && tops.cover(floor, *label))
-        .filter(|(_, floor)| {
-            plan(&mut floor.inliers.iter().filter_map(|&i| points.get(i as usize))) >= LEAST_SHARE * whole
-        })
-        .map(|(_, floor)| height(floor))
+    let lowest = below
+        .iter()
+        .filter(|floor| floor.plane.slope_degrees() <= STEEPEST)
+        .filter(|floor| plan(&mut floor.inliers.iter().filter_map(|&i| points.get(i as usize))) >= LEAST_SHARE * whole)
+        .map(|floor| height(floor))
         .fold(f64::INFINITY, f64::min);
-    let below = points.iter().filter(|p| p.z < lowest - 3.0 * noise).count();
-    (lowest.is_finite() && below as f64 <= MOST_BELOW * points.len() as f64).then_some(lowest)
+    let lower = points.iter().filter(|p| p.z < lowest - 3.0 * noise).count();
+    (lowest.is_finite() && lower as f64 <= MOST_BELOW * points.len() as f64).then_some(lowest)
 }
 
 /// The heights of the points on walls, ascending: those below all roofs.
-fn wall_heights(points: &[Point3<f64>], level: &[Primitive]) -> Vec<f64> {
-    let tops = Tops::new(points, level);
-    let roofs = (0..).zip(level).filter(|(label, roof)| !tops.cover(roof, *label)).map(|(_, roof)| roof);
+fn wall_heights(points: &[Point3<f64>], roofs: &[&Primitive]) -> Vec<f64> {
     let eaves = roofs
+        .iter()
         .filter_map(|roof| {
             let mut heights: Vec<f64> =
                 roof.inliers.iter().filter_map(|&i| points.get(i as usize)).map(|p| p.z).collect();
@@ -140,8 +139,7 @@ mod tests {
                 continue;
             }
             at[axis] = if low { 0.0 } else { [12.0, 9.0, 6.0][axis] };
-            let blur = |random: &mut Random| noise * ((0..12).map(|_| random.unit()).sum::<f64>() - 6.0);
-            points.push(Point3::from(at.map(|value| value + blur(&mut random))));
+            points.push(Point3::from(at.map(|value| value + noise * random.bell())));
         }
         let frame = Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] };
         let mut site = Site::new("house", frame, points, -2.0);

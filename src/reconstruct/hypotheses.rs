@@ -54,6 +54,8 @@ pub struct Hypotheses {
     pub footprint: Option<MultiPolygon<f64>>,
     /// For want of a footprint the outline of the roofs, give or take a pixel of the map.
     pub outline: Option<MultiPolygon<f64>>,
+    /// That outline with its holes filled.
+    envelope: Option<MultiPolygon<f64>>,
     /// The walls that were scanned, for want of a footprint: which primitive each became, and the box of its points.
     pub seen_walls: Vec<(usize, Aabb)>,
     /// The walls that were scanned where neither the footprint nor a step of the roof has one.
@@ -92,13 +94,15 @@ impl Hypotheses {
         for (roof, region) in roofs.iter_mut().zip(&regions) {
             reach(roof, region);
         }
+        let outline = footprint.is_none().then(|| outline::of_map(&map));
         let mut hypotheses = Self {
             roofs: roofs.len(),
             undersides: detected.undersides.len(),
             shows_overhang: !detected.undersides.is_empty(),
             primitives: roofs,
             detected: detected.count,
-            outline: footprint.is_none().then(|| outline::of_map(&map)),
+            envelope: outline.as_ref().map(without_holes),
+            outline,
             seen_walls: Vec::new(),
             strays: Vec::new(),
             map,
@@ -122,19 +126,21 @@ impl Hypotheses {
         revised: &[Vec<Point2<f64>>],
         parameters: &Parameters,
     ) {
-        let Detected { walls, covered, .. } = detected;
         let options = JumpOptions {
             min_height: parameters.step_height.max(3.0 * detected.noise),
             min_length: parameters.step_length,
             ground: self.footprint.is_none().then_some(site.ground.height),
         };
-        let (seen, seen_in): (Vec<Trace>, Vec<Aabb>) = walls
+        let walls: Vec<(Trace, Aabb, bool)> = detected
+            .walls
             .iter()
-            .filter_map(|wall| {
+            .zip(&detected.covered)
+            .filter_map(|(wall, covered)| {
                 let points = wall.inliers.iter().filter_map(|&i| site.points.get(i as usize));
-                Some((wall_trace(wall, &site.points)?, Aabb::of(points)?))
+                Some((wall_trace(wall, &site.points)?, Aabb::of(points)?, *covered))
             })
-            .unzip();
+            .collect();
+        let seen: Vec<Trace> = walls.iter().map(|(trace, ..)| *trace).collect();
         let mut main = height_jumps::main_directions(if edges.is_empty() { &seen } else { edges });
         if main.is_empty() {
             main = roof_directions(&self.primitives[..self.roofs], self.roof_points(site));
@@ -149,7 +155,7 @@ impl Hypotheses {
             let same_line = SAME_LINE.max(self.map.pixel() + 3.0 * detected.noise);
             trace::regularise(&mut jumps, &seen, same_line);
             let first = self.primitives.len() + edges.len() + jumps.len();
-            self.seen_walls = (first..).zip(seen_in).collect();
+            self.seen_walls = (first..).zip(walls.iter().map(|(_, aabb, _)| *aabb)).collect();
             jumps.extend(seen);
         } else {
             trace::regularise(&mut jumps, edges, SAME_LINE);
@@ -159,26 +165,22 @@ impl Hypotheses {
         self.primitives.extend(jumps.iter().map(|jump| jump.primitive(heights, JUMP_MARGIN)));
         if !edges.is_empty() {
             let far = STRAY_DISTANCE + 3.0 * detected.noise;
-            let open = walls.iter().zip(covered).filter(|(_, covered)| !**covered).map(|(wall, _)| wall);
+            let open = walls.iter().filter(|(.., covered)| !covered);
             self.strays = open
-                .filter_map(|wall| wall_trace(wall, &site.points))
-                .map(|wall| {
-                    let known = edges.iter().chain(&jumps).map(|known| known.deviation(&wall));
+                .map(|(wall, ..)| {
+                    let known = edges.iter().chain(&jumps).map(|known| known.deviation(wall));
                     StrayWall { length: wall.length(), distance: known.fold(f64::INFINITY, f64::min) }
                 })
                 .filter(|stray| stray.length >= STRAY_LENGTH && stray.distance > far && stray.distance.is_finite())
                 .collect();
         }
         // Walls that stand back under a roof are in no outline and no height jump.
-        let set_back = walls.iter().zip(covered).filter(|(_, covered)| **covered);
-        for (wall, trace) in set_back.filter_map(|(wall, _)| Some((wall, wall_trace(wall, &site.points)?))) {
-            if edges.iter().chain(&jumps).all(|known| known.deviation(&trace) > SAME_LINE) {
-                let seen = wall.inliers.iter().filter_map(|&i| site.points.get(i as usize));
-                let [low, high] =
-                    seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.z), high.max(p.z)]);
+        for (trace, aabb, _) in walls.iter().filter(|(.., covered)| *covered) {
+            if edges.iter().chain(&jumps).all(|known| known.deviation(trace) > SAME_LINE) {
+                let [low, high] = [aabb.min[2], aabb.max[2]];
                 self.primitives.push(trace.primitive([low - JUMP_MARGIN, high + JUMP_MARGIN], JUMP_MARGIN));
                 self.shows_overhang = true;
-                jumps.push(trace);
+                jumps.push(*trace);
             }
         }
     }
@@ -187,14 +189,13 @@ impl Hypotheses {
     /// near it, holes filled: over all that is built there is a roof, and beyond the last that was seen is none.
     pub fn covers(&self, p: &Point2<f64>) -> bool {
         let p = geo::Point::new(p.x, p.y);
-        let near = |outline: &MultiPolygon<f64>| {
-            let exteriors = outline.iter().map(|part| Polygon::new(part.exterior().clone(), Vec::new()));
-            let reach = 2.0 * self.map.pixel();
-            exteriors.into_iter().any(|part| part.contains(&p) || Euclidean.distance(&part, &p) <= reach)
+        let reach = 2.0 * self.map.pixel();
+        let near = |envelope: &MultiPolygon<f64>| {
+            envelope.iter().any(|part| part.contains(&p) || Euclidean.distance(part, &p) <= reach)
         };
-        match (&self.footprint, &self.outline) {
+        match (&self.footprint, &self.envelope) {
             (Some(footprint), _) => footprint.contains(&p),
-            (None, outline) => outline.as_ref().is_none_or(near),
+            (None, envelope) => envelope.as_ref().is_none_or(near),
         }
     }
 
@@ -269,6 +270,10 @@ fn bounds(
         return Err(Failure::new(Reason::NothingInside, detail));
     }
     Ok(bounds)
+}
+
+fn without_holes(outline: &MultiPolygon<f64>) -> MultiPolygon<f64> {
+    outline.iter().map(|part| Polygon::new(part.exterior().clone(), Vec::new())).collect()
 }
 
 /// Lets a roof reach as far as the roof map sees it, which is farther than its inliers where points are missing; `region`

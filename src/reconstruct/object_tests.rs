@@ -12,7 +12,6 @@ fn scanned(outline: &[(f64, f64)], height: f64, density: f64, noise: f64) -> Vec
     let mut random = Random::new(17);
     let polygon = Polygon::new(LineString::from(outline.to_vec()), vec![]);
     let mut points = Vec::new();
-    let blur = |random: &mut Random| noise * ((0..12).map(|_| random.unit()).sum::<f64>() - 6.0);
     for (a, b) in polygon.exterior().lines().map(|line| (line.start, line.end)) {
         let length = (b.x - a.x).hypot(b.y - a.y);
         for _ in 0..(length * height * density) as usize {
@@ -30,7 +29,7 @@ fn scanned(outline: &[(f64, f64)], height: f64, density: f64, noise: f64) -> Vec
         }
     }
     for p in &mut points {
-        *p += nalgebra::Vector3::new(blur(&mut random), blur(&mut random), blur(&mut random));
+        *p += nalgebra::Vector3::from_fn(|_, _| noise * random.bell());
     }
     points
 }

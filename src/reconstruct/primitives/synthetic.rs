@@ -31,9 +31,7 @@ impl Scan {
                     0.0,
                 );
                 let normal = if slope.norm() > 10.0 { Vector3::z() } else { (Vector3::z() - slope).normalize() };
-                // Sum of twelve uniform numbers: normal to within three standard deviations and bounded.
-                let noise = (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
-                Point3::new(x, y, height(x, y)) + normal * (noise * self.sigma)
+                Point3::new(x, y, height(x, y)) + normal * (random.bell() * self.sigma)
             })
             .collect()
     }

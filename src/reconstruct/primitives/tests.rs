@@ -334,8 +334,7 @@ fn box_all_round(size: [f64; 3], count: usize, sigma: f64, seed: u64) -> Vec<Poi
                 .count();
             let side = if random.unit() < 0.5 { 0.0 } else { 1.0 };
             let at: [f64; 3] = std::array::from_fn(|i| size[i] * if i == axis { side } else { random.unit() });
-            let mut noise = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
-            Point3::from(at) + Vector3::new(noise(), noise(), noise()) * sigma
+            Point3::from(at) + Vector3::from_fn(|_, _| random.bell()) * sigma
         })
         .collect()
 }

@@ -132,18 +132,13 @@ pub(super) fn loss(off: f64, sigma: f64) -> f64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::geometry::Random;
 
-    /// A number of the normal distribution, nearly.
-    pub fn normal(random: &mut Random) -> f64 {
-        (0..12).map(|_| random.unit()).sum::<f64>() - 6.0
-    }
-
     fn slope(seed: u64, noise: f64) -> Vec<([f64; 3], f64)> {
         let mut random = Random::new(seed);
-        let mut point = |x: f64, y: f64| ([x, y, 3.0 + 0.2 * x - 0.5 * y + noise * normal(&mut random)], 1.0);
+        let mut point = |x: f64, y: f64| ([x, y, 3.0 + 0.2 * x - 0.5 * y + noise * random.bell()], 1.0);
         (0..80).map(|i| point(f64::from(i % 10), f64::from(i / 10))).collect()
     }
 

@@ -147,7 +147,6 @@ fn mean(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fit::tests::normal;
     use super::*;
     use crate::geometry::Random;
 
@@ -159,7 +158,7 @@ mod tests {
             for row in 0..16 {
                 let (x, y) = (f64::from(column) - 3.0 + random.unit(), f64::from(row) - 3.0 + random.unit());
                 if !((0.0..10.0).contains(&x) && (0.0..10.0).contains(&y)) {
-                    points.push([x, y, height(x, y) + noise * normal(&mut random)]);
+                    points.push([x, y, height(x, y) + noise * random.bell()]);
                 }
             }
         }

@@ -43,7 +43,7 @@ fn on_ground(seed: u64, sigma: f64, height: impl Fn(f64, f64) -> f64) -> (Vec<Pl
     let mut points = Vec::new();
     for _ in 0..10 * 30 * 30 {
         let (x, y) = (random.between(0.0, 30.0), random.between(0.0, 30.0));
-        let noise = sigma * ((0..12).map(|_| random.unit()).sum::<f64>() - 6.0);
+        let noise = sigma * random.bell();
         let is_roof = (10.0..20.0).contains(&x) && (10.0..20.0).contains(&y);
         points.push(if is_roof { ([x, y, 40.0 + noise], 6) } else { ([x, y, height(x, y) + noise], 2) });
     }
