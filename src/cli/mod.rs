@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod config;
 mod convert;
 mod evaluate;
 mod field;
@@ -20,17 +21,19 @@ mod placement;
 mod progress;
 mod reading;
 mod reconstruct;
+mod shell;
 mod simulate;
 mod stages;
 mod summary;
 mod trial;
 mod validate;
+mod version;
 mod view;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::error::Error;
 
@@ -70,7 +73,7 @@ Exit codes:
     version,
     about = "Airborne laser tiles and building footprints in, valid LoD 2 city models out",
     after_help = EXAMPLES,
-    disable_help_subcommand = true,
+    long_version = version::long(),
     arg_required_else_help = true
 )]
 struct Cli {
@@ -101,12 +104,23 @@ enum Command {
     View(view::Args),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
+    /// Write what a shell needs to complete commands and options
+    Completions(shell::CompletionsArgs),
+    /// Write manual pages
+    Man(shell::ManArgs),
 }
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
     interrupt::outlive_file_limits();
-    let cli = match Cli::try_parse_from(pipeline::spell_out(std::env::args_os())) {
+    let words = match config::spell_out(pipeline::spell_out(std::env::args_os()), Cli::command()) {
+        Ok(words) => words,
+        Err(error) => {
+            output::say(&format!("error: {error}"));
+            return ExitCode::from(FAILURE);
+        }
+    };
+    let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         Err(message) => {
             // Nobody is left to tell if the terminal is gone.
@@ -126,6 +140,8 @@ pub fn main() -> ExitCode {
         Command::Merge(args) => convert::merge(args),
         Command::View(args) => view::main(&args),
         Command::Simulate(args) => simulate::main(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

@@ -11,7 +11,7 @@ use crate::run::Job;
 /// How messages call the options.
 const NAME: &str = "options";
 /// Options that mean something on a command line only.
-const COMMAND_LINE_ONLY: &[&str] = &["quiet", "verbose", "view"];
+const COMMAND_LINE_ONLY: &[&str] = &["quiet", "verbose", "view", "config"];
 /// How alike a name must be to be proposed for one that is unknown (Jaro-Winkler, 0 to 1).
 const ALIKE: f64 = 0.75;
 
@@ -64,7 +64,7 @@ pub(crate) fn job(text: &str) -> Result<Job, InputError> {
 }
 
 /// An option as the command line has it; `None` for one that is left at its default.
-fn word(command: &Command, name: &str, value: &Value) -> Result<Option<String>, InputError> {
+pub(super) fn word(command: &Command, name: &str, value: &Value) -> Result<Option<String>, InputError> {
     let fault = |found: String, expected: &str| InputError::new(NAME, found, expected).at(format!("\"{name}\""));
     let known = || {
         let options = command.get_arguments().filter_map(clap::Arg::get_long);
@@ -99,7 +99,7 @@ fn word(command: &Command, name: &str, value: &Value) -> Result<Option<String>, 
 }
 
 /// A value, or several of them, as text.
-fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError> {
+pub(super) fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError> {
     match value {
         Value::String(text) => Ok(vec![text.clone()]),
         Value::Number(_) | Value::Bool(_) => Ok(vec![value.to_string()]),

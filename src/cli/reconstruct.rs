@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use super::config::ConfigArgs;
 use super::field::FieldArgs;
 use super::flags::Flags;
 use super::output::{print, say};
@@ -29,6 +30,8 @@ Examples:
   A single object without a footprint, and one from photographs in feet, with y upwards:
     gable reconstruct church.laz --no-footprint -o church.city.json
     gable reconstruct church.ply --no-footprint --unit ft --up-axis y -o church.city.json
+  The options of a file (TOML, the same names: `footprints = \"buildings.gpkg\"`), but for one:
+    gable reconstruct --config city.toml --lambda 0.2
   And a page to look at it in: city.html
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
 
@@ -67,6 +70,10 @@ pub struct Args {
     /// standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+
+    /// Title of the model [default: the name of the file of footprints]
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
 
     /// Replace files that exist
     #[arg(long)]
@@ -145,6 +152,10 @@ pub struct Args {
     #[arg(short, long)]
     verbose: bool,
 
+    // Spelt out before this grammar reads the words; see there.
+    #[command(flatten)]
+    _config: ConfigArgs,
+
     #[command(flatten)]
     field: FieldArgs,
 
@@ -204,6 +215,7 @@ impl Args {
             fed: None,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
             output: self.output,
+            title: self.title,
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,

@@ -27,6 +27,8 @@ pub struct Job {
     /// CityJSONSeq: `-` for standard output, or a pipe. Only a run into a sink
     /// of one's own (see [`super::run_into`]) may leave it empty; then no model is written to a file.
     pub output: PathBuf,
+    /// The title of the model; `None` takes the name of the file of footprints, or else of the first tile.
+    pub title: Option<String>,
     /// Whether files that exist are replaced.
     pub overwrite: bool,
     /// Whether to go on from what a run that was killed has left for this output.

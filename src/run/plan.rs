@@ -112,7 +112,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(&warning);
         }
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
-        let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
+        let name = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
         let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
             let (footprints, rejected, report) = bring(layer, &crs, journal)?;
@@ -125,7 +125,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
                 is_unclassified: segmentation != job.segmentation,
                 metres_per_unit: crs.metres_per_unit,
             };
-            let StandIns { footprints, warnings } = single::stand_ins(&mut tiles, &title, look)?;
+            let StandIns { footprints, warnings } = single::stand_ins(&mut tiles, &name, look)?;
             for warning in &warnings {
                 journal.warn(warning);
             }
@@ -137,7 +137,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             crs_report,
             model,
             report,
-            title,
+            title: job.title.clone().unwrap_or(name),
             inputs,
             footprints,
             rejected,

@@ -46,6 +46,7 @@ fn options() -> Vec<OptionSpec> {
             "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite; needed unless `no_footprint`",
         ),
         switch("no_footprint", "Take what stands apart in the building points for an object each"),
+        text("title", "Title of the city model; the name of the file of footprints when it is not given"),
         switch("overwrite", "Replace files that exist"),
         switch("resume", "Go on from what a run that was killed has left beside the file"),
         OptionSpec::new("report", Kind::File, "Where the report goes; beside the city model when it is not given"),

@@ -35,6 +35,12 @@ const LOCAL_WKT: &str = r#"ENGCRS["local coordinates in metres, heights along z"
 /// What to write where a CRS is expected.
 const EXAMPLES: &str = "Give it as a code such as EPSG:7415, as a pair such as EPSG:2154+5720, or as WKT";
 
+/// The version of PROJ that is linked into the binary.
+pub fn proj_version() -> String {
+    use proj_sys::{PROJ_VERSION_MAJOR, PROJ_VERSION_MINOR, PROJ_VERSION_PATCH};
+    format!("{PROJ_VERSION_MAJOR}.{PROJ_VERSION_MINOR}.{PROJ_VERSION_PATCH}")
+}
+
 /// A coordinate reference system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Crs {

@@ -54,6 +54,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     let job = Job {
         footprints: given("footprints").map(|path| FootprintSource { path: path.into(), options }),
         output: filename.to_path_buf(),
+        title: given("title"),
         overwrite: values.is_on("overwrite"),
         resume: values.is_on("resume"),
         report: values.text("report").map(PathBuf::from),

@@ -1,0 +1,169 @@
+//! Options of `gable reconstruct` from a file and from presets.
+//!
+//! A configuration is TOML with the names of the options. What is given on the command line goes before it, and it before
+//! the preset; all become words of the command line, so that one grammar reads them.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Command};
+use serde_json::{Map, Value};
+
+use super::options;
+use crate::error::{Error, InputError};
+
+/// The options that name a configuration and a preset.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Many options at once")]
+pub struct ConfigArgs {
+    /// TOML file of options by their names, such as `lambda = 0.2`; what is given here goes before it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Options for a purpose; what is given here and in a configuration goes before it
+    #[arg(long, value_name = "NAME")]
+    preset: Option<Preset>,
+}
+
+/// Options for a purpose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Preset {
+    /// The height-field vote decides, not the network: half the time, no overhangs
+    Fast,
+    /// The network decides where the vote leaves a doubt, and detection sees twice the points
+    Quality,
+}
+
+impl Preset {
+    /// The options that it stands for.
+    fn options(self) -> Map<String, Value> {
+        let options: &[(&str, Value)] = match self {
+            Self::Fast => &[("field", Value::String("height-field".to_owned()))],
+            Self::Quality => &[("field", Value::String("neural".to_owned())), ("maximum-density", Value::from(50))],
+        };
+        options.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect()
+    }
+}
+
+/// The words of the command line with those of its configuration and its preset; `command` is the grammar.
+///
+/// # Errors
+/// The configuration cannot be read, is no TOML, or has an option that does not exist.
+pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Result<Vec<OsString>, Error> {
+    const NAME: &str = "reconstruct";
+    if words.get(1).is_none_or(|name| name != NAME) {
+        return Ok(words);
+    }
+    let Some(grammar) = command.find_subcommand_mut(NAME) else { return Ok(words) };
+    let grammar = grammar.clone().no_binary_name(true).ignore_errors(true);
+    // What is wrong with the words is told when all of them are together.
+    let Ok(given) = grammar.clone().try_get_matches_from(&words[2..]) else { return Ok(words) };
+    let mut options = Map::new();
+    if let Ok(Some(preset)) = given.try_get_one::<Preset>("preset") {
+        options.extend(preset.options());
+    }
+    if let Ok(Some(path)) = given.try_get_one::<PathBuf>("config") {
+        options.extend(read(path)?);
+    }
+    let mut tiles = Vec::new();
+    let mut others = Vec::new();
+    for (name, value) in options {
+        let fault = |fault: InputError| match given.get_one::<PathBuf>("config") {
+            Some(path) => InputError { file: path.clone(), ..fault },
+            None => fault,
+        };
+        if name == "tiles" {
+            tiles = options::texts(&name, &value).map_err(fault)?;
+        } else if !is_given(&given, &name) {
+            others.extend(options::word(&grammar, &name, &value).map_err(fault)?.map(OsString::from));
+        }
+    }
+    if is_given(&given, "tiles") {
+        tiles.clear();
+    }
+    words.splice(2..2, others.into_iter().chain(tiles.into_iter().map(OsString::from)));
+    Ok(words)
+}
+
+/// Whether an option is on the command line; unknown ones are not.
+fn is_given(given: &ArgMatches, name: &str) -> bool {
+    let id = name.replace('-', "_");
+    let named =
+        |id: &str| given.ids().any(|known| known == id) && given.value_source(id) == Some(ValueSource::CommandLine);
+    named(&id) || named(name)
+}
+
+/// The options of a configuration.
+fn read(path: &Path) -> Result<Map<String, Value>, Error> {
+    const EXPECTED: &str = "options by their names, such as `footprints = \"buildings.gpkg\"`";
+    let text = fs::read_to_string(path).map_err(|source| Error::io(path, "read", source))?;
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let line = error.span().map_or(1, |span| 1 + text.bytes().take(span.start).filter(|b| *b == b'\n').count());
+        InputError::new(path, error.message(), EXPECTED).at(format!("line {line}"))
+    })?;
+    let options = serde_json::to_value(table).map_err(|error| InputError::new(path, error.to_string(), EXPECTED))?;
+    let Value::Object(options) = options else { return Ok(Map::new()) };
+    Ok(options.into_iter().map(|(name, value)| (name.replace('_', "-"), value)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::super::Cli;
+    use super::*;
+
+    fn spelt(words: &[&str]) -> Result<Vec<String>, String> {
+        let words = ["gable"].iter().chain(words).map(OsString::from).collect();
+        let words = spell_out(words, Cli::command()).map_err(|error| error.to_string())?;
+        Ok(words.into_iter().map(|word| word.into_string().unwrap()).collect())
+    }
+
+    #[test]
+    fn a_configuration_fills_in_what_the_command_line_leaves_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("city.toml");
+        let config = path.to_str().unwrap();
+        fs::write(
+            &path,
+            "tiles = ['a.laz', 'b.laz']\nfootprints = 'f.gpkg'\nlambda = 0.2\nground_class = [2, 8]\nview = true\n",
+        )
+        .unwrap();
+        let words = spelt(&["reconstruct", "-o", "x.city.json", "--config", config]).unwrap();
+        assert_eq!(
+            words[2..7],
+            ["--footprints=f.gpkg", "--lambda=0.2", "--ground-class=2,8", "--view", "a.laz"].map(str::to_owned)
+        );
+        // What is given goes before, and before a preset the configuration.
+        let given = ["reconstruct", "c.laz", "-f", "g.gpkg", "--lambda=1", "--config", config, "--preset", "fast"];
+        let words = spelt(&given).unwrap();
+        assert_eq!(words[2..5], ["--field=height-field", "--ground-class=2,8", "--view"].map(str::to_owned));
+        assert_eq!(
+            words[5..],
+            ["c.laz", "-f", "g.gpkg", "--lambda=1", "--config", config, "--preset", "fast"].map(str::to_owned)
+        );
+        let parsed = <Cli as clap::Parser>::try_parse_from(words.iter().chain([&"-o=x.city.json".to_owned()]));
+        assert!(parsed.is_ok(), "{:?}", parsed.err());
+        // Other commands have no configuration.
+        assert_eq!(spelt(&["info", "--config", config]).unwrap(), ["gable", "info", "--config", config]);
+    }
+
+    #[test]
+    fn a_bad_configuration_is_told_with_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("city.toml");
+        let told = |text: &str| {
+            fs::write(&path, text).unwrap();
+            spelt(&["reconstruct", "--config", path.to_str().unwrap()]).unwrap_err()
+        };
+        let unknown = told("lamda = 1");
+        assert!(unknown.contains("city.toml") && unknown.contains("Did you mean \"lambda\"?"), "{unknown}");
+        let malformed = told("lambda = 1\nfield = \n");
+        assert!(malformed.contains("line 2"), "{malformed}");
+        assert!(told("[method]\nlambda = 1").contains("unknown option"));
+        fs::remove_file(&path).unwrap();
+        assert!(spelt(&["reconstruct", "--config", path.to_str().unwrap()]).unwrap_err().contains("city.toml"));
+    }
+}
