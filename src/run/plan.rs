@@ -60,8 +60,9 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
     let names: Vec<PathBuf> = paths.iter().cloned().chain(fed.map(|fed| fed.name().to_path_buf())).collect();
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
+    let footprint_name = job.footprints.as_ref().map(FootprintSource::name);
     let has_model = !job.output.as_os_str().is_empty();
-    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_path));
+    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_name.as_deref()));
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));
     let files = names.len() + usize::from(job.footprints.is_some());
@@ -88,7 +89,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
-        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles)).transpose()?;
+        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles, journal)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
         let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
@@ -110,7 +111,8 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(&warning);
         }
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
-        let title = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
+        let title =
+            stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
         let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
             let (footprints, rejected, report) = bring(layer, &crs, journal)?;
@@ -147,7 +149,12 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
 }
 
 /// Reads the footprints; those far from all tiles only where the format cannot tell which they are.
-fn read_footprints(job: &Job, source: &FootprintSource, tiles: &[Tile]) -> Result<FootprintLayer> {
+fn read_footprints(
+    job: &Job,
+    source: &FootprintSource,
+    tiles: &[Tile],
+    journal: &Journal<'_>,
+) -> Result<FootprintLayer> {
     let mut options = source.options.clone();
     if footprints::is_read_in_part(&source.path) {
         let with_points = tiles.iter().filter(|tile| tile.points > 0);
@@ -163,7 +170,7 @@ fn read_footprints(job: &Job, source: &FootprintSource, tiles: &[Tile]) -> Resul
             options.within = Some(Within { crs, extent });
         }
     }
-    footprints::read(&source.path, &options)
+    footprints::read_until(&source.path, &options, &|| journal.interrupted())
 }
 
 /// Whether the run goes on from what another has left for `model`.
@@ -200,6 +207,11 @@ fn bring(
     let own_crs = layer.crs.as_ref().map(tiles::label);
     for warning in &layer.warnings {
         journal.warn(&format!("{file}: {warning}"));
+    }
+    if layer.footprints.is_empty() && layer.rejected.is_empty() && layer.has_more {
+        let fault = InputError::new(&layer.path, "no feature at the tiles", "footprints where the tiles are");
+        let remedy = "See whether they are of one place, and whether --crs and --footprint-crs are right";
+        return Err(fault.remedy(remedy).into());
     }
     if layer.footprints.is_empty() && layer.rejected.is_empty() {
         let fault = InputError::new(&layer.path, "no feature", "footprints of buildings");

@@ -10,7 +10,8 @@ use geo::{BoundingRect, Contains, Coord, LineString, Point, Polygon};
 use super::dbf::Table;
 use super::format::{stem, with_extension};
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use super::reference_system::crs_of_file;
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{Error, InputError, Result};
 
 /// Bytes of the header of the file and of each record.

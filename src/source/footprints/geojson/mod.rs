@@ -22,7 +22,8 @@ pub(super) use strict::RECORD_SEPARATOR;
 
 use super::format::stem;
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use super::reference_system::crs_of_file;
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 
