@@ -1,5 +1,6 @@
 //! Reading the inputs: what there is, in which CRS, and where the result goes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
@@ -14,13 +15,16 @@ use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
 use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
-use crate::sink::Format;
+use crate::sink::{Format, is_reserved};
 use crate::site::{Frame, Site};
 use crate::solid::Model;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected, Within};
 use crate::source::points::{self, Extent, Tile, TileProblem};
+
+/// So many names of attributes are shown in one warning.
+const SHOWN: usize = 10;
 
 /// What there is and where the result goes.
 pub(super) struct Plan {
@@ -217,6 +221,9 @@ fn bring(
         let fault = InputError::new(&layer.path, "no feature", "footprints of buildings");
         return Err(fault.remedy("Check --layer and --filter").into());
     }
+    if let Some(clashes) = reserved(&layer) {
+        journal.warn(&format!("{file}: {clashes}"));
+    }
     for warning in layer.reproject(crs)? {
         journal.warn(&warning);
     }
@@ -239,6 +246,23 @@ fn bring(
         id_attribute: layer.id_attribute,
     };
     Ok((layer.footprints, layer.rejected, report))
+}
+
+/// What is to be told of attributes whose names are gable's own, such as those of a model that it made before.
+fn reserved(layer: &FootprintLayer) -> Option<String> {
+    let footprints = layer.footprints.iter().map(|footprint| &footprint.attributes);
+    let all = footprints.chain(layer.rejected.iter().map(|feature| &feature.attributes));
+    let names: BTreeSet<&str> = all.flat_map(|attributes| attributes.keys()).map(String::as_str).collect();
+    let names: Vec<&str> = names.into_iter().filter(|name| is_reserved(name)).collect();
+    let rest = names.len().saturating_sub(SHOWN);
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    (!names.is_empty()).then(|| {
+        format!(
+            "the attributes {}{more} have names that are gable's or those of an Extension: they are written as `source_…`, \
+             and the notes of each building say so",
+            names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
 /// Collects the points of each footprint, on the threads of `pool`.

@@ -12,6 +12,7 @@ use parquet::file::statistics::Statistics;
 use parquet::record::{Field, List, Row};
 use serde_json::{Map, Number, Value};
 
+use super::attributes::distinct;
 use super::format::stem;
 use super::outline::{Outline, Ring};
 use super::reference_system::{crs_of_file, wanted_in};
@@ -56,6 +57,11 @@ fn read_unguarded(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Re
     let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
     let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e.to_string()))?;
     let metadata = reader.metadata();
+    let names = metadata.file_metadata().schema().get_fields().iter().map(|field| field.name().to_owned());
+    if let Some(clash) = distinct(names).1.first() {
+        let fault = InputError::new(path, "two columns of one name", "a name for each column").at(clash.clone());
+        return Err(fault.remedy("Write the file anew with other names").into());
+    }
     let geometry = geometry_of(path, metadata.file_metadata().key_value_metadata(), options)?;
     let mut info = LayerInfo { layer: stem(path), crs: geometry.crs.clone(), ..LayerInfo::default() };
     info.warnings.clone_from(&geometry.warnings);

@@ -39,6 +39,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     match &table {
         Some(table) => {
             info.columns.extend(table.columns().cloned());
+            info.warnings.extend(table.clashes.iter().cloned());
             let binary = table.binary_columns();
             info.warnings.extend(binary.map(|name| format!("attribute `{name}` is binary and was left out")));
         }
