@@ -33,7 +33,6 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
-use crate::source::footprints::redacted;
 
 /// What a successful command leaves as its exit code, and an unsuccessful one as its error.
 type Outcome = crate::error::Result<u8>;
@@ -133,8 +132,7 @@ pub fn main() -> ExitCode {
         // Whoever reads our stream has heard enough.
         Err(Error::Io { source, .. }) if source.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
-            // No path of ours carries a password; whoever gives one where none belongs must not read it either.
-            output::say(&redacted(&format!("error: {error}")));
+            output::say(&format!("error: {error}"));
             ExitCode::from(FAILURE)
         }
     }

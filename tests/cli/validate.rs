@@ -164,7 +164,8 @@ fn warnings_of_the_schema_make_invalid_only_where_it_is_asked_for() {
     let model = |more: Value, vertices: &[[i32; 3]]| {
         let square = [[0, 0, 0], [5000, 0, 0], [5000, 5000, 0], [0, 5000, 0]];
         let geometry = json!({"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 1, 2, 3]]]});
-        let mut model = json!({"type": "CityJSON", "version": "2.0", "vertices": [&square[..], vertices].concat(),
+        let vertices = [&square[..], vertices].concat();
+        let mut model = json!({"type": "CityJSON", "version": "2.0", "vertices": vertices,
             "transform": {"scale": [0.001, 0.001, 0.001], "translate": [85_000.0, 447_000.0, 0.0]},
             "CityObjects": {"b": {"type": "Building", "geometry": [geometry]}}});
         model.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());

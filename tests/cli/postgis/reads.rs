@@ -167,7 +167,7 @@ fn only_what_lies_at_the_tiles_is_asked_for() {
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
     assert_ne!(server.sql("far", scans), ["0"], "the index of the table is used");
-    let nothing = server.run(&server.address("far"), "--layer pand --footprint-crs EPSG:25831", &[]);
+    let nothing = server.run(&server.address("far"), "--layer round --footprint-crs EPSG:25831", &[]);
     nothing.refused(&["no feature at the tiles", "--footprint-crs"]);
 }
 

@@ -27,7 +27,7 @@ pub fn server() -> Option<Server> {
         Some(Server { host, port, certificate: variable("CERTIFICATE")?.into() })
     })();
     if found.is_none() {
-        println!("skipped: no server, `make postgis` starts one");
+        println!("skipped: no server; `make postgis` starts one");
     }
     found
 }

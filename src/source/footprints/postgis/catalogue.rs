@@ -24,7 +24,7 @@ const TABLES: &str = "SELECT n.nspname::text, c.relname::text, \
         ARRAY(SELECT a.attname::text FROM pg_catalog.pg_attribute a \
             WHERE a.attrelid = c.oid AND a.attnum > 0 AND NOT a.attisdropped ORDER BY a.attnum) \
     FROM pg_catalog.pg_class c JOIN pg_catalog.pg_namespace n ON n.oid = c.relnamespace \
-    WHERE c.relkind IN ('r', 'v', 'm', 'f', 'p') AND $1 IN (c.relname, n.nspname || '.' || c.relname) ORDER BY 1, 2";
+    WHERE c.relkind IN ('r', 'v', 'm', 'f', 'p') AND $1::text IN (c.relname::text, n.nspname || '.' || c.relname) ORDER BY 1, 2";
 /// The columns of the primary key of a table, in their order.
 const KEY: &str = "SELECT a.attname::text FROM pg_catalog.pg_index i \
     JOIN pg_catalog.pg_class c ON c.oid = i.indrelid JOIN pg_catalog.pg_namespace n ON n.oid = c.relnamespace \

@@ -36,7 +36,7 @@ const HAS_SRID: u32 = 0x2000_0000;
 /// What holds for the transaction: the same text for the same value wherever it is read, and rows in the same order.
 const SETTINGS: &str = "SET LOCAL TimeZone = 'UTC'; SET LOCAL DateStyle = 'ISO'; SET LOCAL IntervalStyle = 'iso_8601'; \
     SET LOCAL extra_float_digits = 3; SET LOCAL bytea_output = 'hex'; SET LOCAL synchronize_seqscans = off; \
-    SELECT pg_catalog.set_config(name, '5s', true) FROM pg_catalog.pg_settings \
+    SELECT pg_catalog.set_config(name, '1s', true) FROM pg_catalog.pg_settings \
     WHERE name = 'client_connection_check_interval'";
 
 /// Whether a path is no file but the address of a database.
