@@ -33,9 +33,12 @@ pub(super) fn distinct(names: impl IntoIterator<Item = String>) -> (Vec<String>,
         if seen.insert(name.clone()) {
             return name.clone();
         }
-        let free = (2..).map(|n: u32| format!("{name}_{n}")).find(|free| !taken.contains(free));
-        let free = free.unwrap_or_default();
-        taken.insert(free.clone());
+        let mut number = 2;
+        let mut free = format!("{name}_{number}");
+        while !taken.insert(free.clone()) {
+            number += 1;
+            free = format!("{name}_{number}");
+        }
         told.push(format!("another attribute is called `{name}` as well: it is read as `{free}`"));
         free
     };

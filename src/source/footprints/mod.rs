@@ -345,7 +345,7 @@ impl FootprintLayer {
                 format!("coordinates that can be taken to {target}"),
             )
             .at(reason)
-            .remedy("Give the footprints in the reference system of the points, or say which one theirs is")
+            .remedy("Give the footprints in the reference system of the points, or say with --footprint-crs which one theirs is")
         })?;
         if transformer.is_identity() {
             return Ok(Vec::new());

@@ -2,14 +2,14 @@
 
 use serde_json::json;
 
-use super::server::{Ran, Server, server};
+use super::server::{Ran, Server, run_house, server};
 
 /// A query that says whether its connection is encrypted.
 const ENCRYPTED: [&str; 2] = ["--query", "SELECT p.*, s.ssl FROM pand p, pg_stat_ssl s WHERE s.pid = pg_backend_pid()"];
 
 fn run(server: &Server, host: &str, rest: &str) -> Ran {
     let port = &server.port;
-    server.run(&format!("PG:host={host} port={port} user=postgres dbname=sealed {rest}"), "", &ENCRYPTED)
+    run_house(&format!("PG:host={host} port={port} user=postgres dbname=sealed {rest}"), "", &ENCRYPTED)
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use super::server::{HOUSE, reconstruct_house, server};
+use super::server::{HOUSE, reconstruct_house, run_house, run_house_with, server};
 use crate::bench::*;
 
 #[test]
@@ -21,17 +21,17 @@ fn passwords_come_from_where_libpq_takes_them_and_are_never_shown() {
     for (address, environment) in
         [(in_string.as_str(), None), (&url, None), (&place, Some(("PGPASSWORD", "open sesame")))]
     {
-        let ran = server.run_in(address, "", &[], environment.as_slice());
+        let ran = run_house_with(address, "", &[], environment.as_slice());
         ran.attributes("007");
         hides(&ran.all_that_was_written());
         assert!(ran.report()["command"].to_string().contains("dbname=guarded") || address == url);
     }
-    let nothing = server.run(&place, "", &[]);
+    let nothing = run_house(&place, "", &[]);
     nothing.refused(&["asks `locked` for a password", "PGPASSWORD", ".pgpass"]);
     for ran in [
-        server.run_in(&place, "", &[], &[("PGPASSWORD", "swordfish")]),
-        server.run(&format!("{place} password=swordfish"), "", &[]),
-        server.run(&format!("postgresql://locked:swordfish@localhost:{}/guarded", server.port), "", &[]),
+        run_house_with(&place, "", &[], &[("PGPASSWORD", "swordfish")]),
+        run_house(&format!("{place} password=swordfish"), "", &[]),
+        run_house(&format!("postgresql://locked:swordfish@localhost:{}/guarded", server.port), "", &[]),
     ] {
         ran.refused(&["password authentication failed", "`locked`", "PGPASSWORD"]);
         hides(&ran.all_that_was_written());
@@ -39,12 +39,12 @@ fn passwords_come_from_where_libpq_takes_them_and_are_never_shown() {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), "localhost:*:guarded:locked:open sesame\n").unwrap();
     let environment = [("PGPASSFILE", file.path().to_str().unwrap())];
-    server.run_in(&place, "", &[], &environment).attributes("007");
+    run_house_with(&place, "", &[], &environment).attributes("007");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         std::fs::set_permissions(file.path(), std::fs::Permissions::from_mode(0o644)).unwrap();
-        let ran = server.run_in(&place, "", &[], &environment);
+        let ran = run_house_with(&place, "", &[], &environment);
         ran.refused(&["is not used: others may read it (mode 644)", "chmod 600"]);
         hides(&ran.all_that_was_written());
     }
@@ -63,7 +63,7 @@ fn nothing_can_be_slipped_in_and_nothing_is_written() {
     for layer in
         ["pand\"; DROP TABLE pand; --", "pand; DROP TABLE pand", "public.pand(geom\") FROM pand; DROP TABLE pand; --"]
     {
-        server.run(&address, "", &["--layer", layer]).refused(&["no layer `", "DROP TABLE", "There are: pand"]);
+        run_house(&address, "", &["--layer", layer]).refused(&["no layer `", "DROP TABLE", "There are: pand"]);
     }
     let queries = [
         ("SELECT 1; DROP TABLE pand", "cannot insert multiple commands"),
@@ -79,7 +79,7 @@ fn nothing_can_be_slipped_in_and_nothing_is_written() {
         ),
     ];
     for (query, says) in queries {
-        let ran = server.run(&address, "", &["--query", query]);
+        let ran = run_house(&address, "", &["--query", query]);
         ran.refused(&[says, "--query"]);
     }
     // Values and names of attributes are data.
@@ -87,8 +87,8 @@ fn nothing_can_be_slipped_in_and_nothing_is_written() {
         "shop",
         "ALTER TABLE pand ADD COLUMN \"x\"\"; DROP TABLE pand; --\" text DEFAULT ''');DROP TABLE pand;--'",
     );
-    server.run(&address, "", &["--id-attribute", "x\"; DROP TABLE pand; --"]);
-    server.run(&address, "", &["--filter", "id = '007'' OR spoil() = ''x'"]);
+    run_house(&address, "", &["--id-attribute", "x\"; DROP TABLE pand; --"]);
+    run_house(&address, "", &["--filter", "id = '007'' OR spoil() = ''x'"]);
     assert_eq!(server.sql("shop", "SELECT count(*) FROM pand"), ["1"]);
 }
 
@@ -107,7 +107,7 @@ fn what_is_not_there_is_named_with_what_is() {
     );
     server.sql("postgres", "CREATE DATABASE plain");
     let address = server.address("city");
-    let refused = |words: &[&str], says: &[&str]| server.run(&address, "", words).refused(says);
+    let refused = |words: &[&str], says: &[&str]| run_house(&address, "", words).refused(says);
     refused(&["--layer", "pnad"], &["no layer `pnad`", "Did you mean `"]);
     refused(&["--layer", "owners"], &["table public.owners", "no geometry column", "id, name"]);
     refused(&["--layer", "roofs"], &["2 geometry columns", "roofs(geom)", "roofs(Eaves)"]);
@@ -123,12 +123,12 @@ fn what_is_not_there_is_named_with_what_is() {
     let file = house_folder();
     let run = run_in(file.path(), "house.laz", "footprints.geojson", "--query x");
     assert_ends(&run, 1, &["a query to a file", "footprints.geojson"]);
-    server.run(&server.address("plain"), "", &[]).refused(&["a database without PostGIS", "CREATE EXTENSION postgis"]);
-    server.run(&server.address("gone"), "", &[]).refused(&["\"gone\" does not exist", "dbname"]);
+    run_house(&server.address("plain"), "", &[]).refused(&["a database without PostGIS", "CREATE EXTENSION postgis"]);
+    run_house(&server.address("gone"), "", &[]).refused(&["\"gone\" does not exist", "dbname"]);
     let visitor = address.replace("user=postgres", "user=visitor");
-    server.run(&visitor, "--layer pand", &[]).attributes("007");
-    server.run(&visitor, "--layer closed.pand", &[]).refused(&["closed.pand", "no right to read it", "GRANT SELECT"]);
-    server.run(&visitor, "", &["--query", "SELECT * FROM roofs"]).refused(&["permission denied", "GRANT SELECT"]);
+    run_house(&visitor, "--layer pand", &[]).attributes("007");
+    run_house(&visitor, "--layer closed.pand", &[]).refused(&["closed.pand", "no right to read it", "GRANT SELECT"]);
+    run_house(&visitor, "", &["--query", "SELECT * FROM roofs"]).refused(&["permission denied", "GRANT SELECT"]);
     let run: Run = command(["info", &visitor]).output().unwrap().into();
     assert!(run.code == 0 && run.out.contains("PG:host="), "the only layer that may be read: {}{}", run.out, run.err);
 }
@@ -139,17 +139,17 @@ fn a_server_that_does_not_answer_is_given_up() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let silent = format!("PG:host=127.0.0.1 port={} user=u connect_timeout=1", listener.local_addr().unwrap().port());
     let started = Instant::now();
-    server.run(&silent, "", &[]).refused(&["no answer within the time of connect_timeout", "127.0.0.1, port"]);
+    run_house(&silent, "", &[]).refused(&["no answer within the time of connect_timeout", "127.0.0.1, port"]);
     assert!(started.elapsed() < Duration::from_secs(10));
     drop(listener);
-    server.run(&silent, "", &[]).refused(&["no server that answers", "onnection refused", "See whether it runs there"]);
-    server.run("PG:host=/nowhere user=u", "", &[]).refused(&["no server that answers", "/nowhere"]);
-    server.run("PG:port=5432 x", "", &[]).refused(&["a word without `=`", "PG:host="]);
+    run_house(&silent, "", &[]).refused(&["no server that answers", "onnection refused", "See whether it runs there"]);
+    run_house("PG:host=/nowhere user=u", "", &[]).refused(&["no server that answers", "/nowhere"]);
+    run_house("PG:port=5432 x", "", &[]).refused(&["a word without `=`", "PG:host="]);
     server.house("slow", "");
     let address = server.address("slow");
     let sleep = ["--query", "SELECT id, geom, pg_sleep(60)::text AS s FROM pand"];
     let limited = format!("{address} options='-c statement_timeout=300'");
-    server.run(&limited, "", &sleep).refused(&["statement timeout", "statement_timeout"]);
+    run_house(&limited, "", &sleep).refused(&["statement timeout", "statement_timeout"]);
     // An interruption ends the wait, and soon the work of the server.
     let folder = house_folder();
     let mut command = reconstruct_house(folder.path(), &address);

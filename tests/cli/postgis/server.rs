@@ -70,20 +70,20 @@ impl Server {
     pub fn address(&self, database: &str) -> String {
         format!("PG:host={} port={} user=postgres dbname='{database}'", self.host, self.port)
     }
+}
 
-    /// Reconstructs the house of [`house_folder`] by the footprints at `address`; blanks part the words of `rest`, but those
-    /// in `words` stand for themselves.
-    pub fn run(&self, address: &str, rest: &str, words: &[&str]) -> Ran {
-        self.run_in(address, rest, words, &[])
-    }
+/// Reconstructs the house of [`house_folder`] by the footprints at `address`; blanks part the words of `rest`, but those in
+/// `words` stand for themselves.
+pub fn run_house(address: &str, rest: &str, words: &[&str]) -> Ran {
+    run_house_with(address, rest, words, &[])
+}
 
-    /// The same with these variables.
-    pub fn run_in(&self, address: &str, rest: &str, words: &[&str], environment: &[(&str, &str)]) -> Ran {
-        let folder = house_folder();
-        let mut command = reconstruct_house(folder.path(), address);
-        command.args(rest.split_whitespace()).args(words).envs(environment.iter().copied());
-        Ran { run: command.output().unwrap().into(), folder }
-    }
+/// The same with these variables.
+pub fn run_house_with(address: &str, rest: &str, words: &[&str], environment: &[(&str, &str)]) -> Ran {
+    let folder = house_folder();
+    let mut command = reconstruct_house(folder.path(), address);
+    command.args(rest.split_whitespace()).args(words).envs(environment.iter().copied());
+    Ran { run: command.output().unwrap().into(), folder }
 }
 
 /// The footprint of [`house_folder`] in SQL.

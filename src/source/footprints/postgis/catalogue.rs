@@ -185,10 +185,11 @@ impl Layer {
         self.names().iter().any(|own| own.eq_ignore_ascii_case(name))
     }
 
-    /// The shortest that it can be called among others.
+    /// The shortest that it can be called among others: one that is found without its schema goes before those that are not.
     fn name(&self, others: &[Self]) -> String {
         let names = self.names();
-        let is_own = |name: &&String| others.iter().filter(|other| other.names().contains(name)).count() == 1;
+        let rivals = || others.iter().filter(|other| other.is_visible || !self.is_visible);
+        let is_own = |name: &&String| rivals().filter(|other| other.names().contains(name)).count() == 1;
         names.iter().find(is_own).unwrap_or(&names[3]).clone()
     }
 

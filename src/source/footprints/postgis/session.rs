@@ -114,15 +114,12 @@ impl Waiting<'_> {
         answer: impl Future<Output = Result<T, PgError>>,
         explain: impl FnOnce(&PgError) -> InputError,
     ) -> Result<T> {
-        match self.runtime.block_on(watched(answer, self.interrupted)) {
-            Some(outcome) => outcome.map_err(|error| explain(&error).into()),
-            None => {
-                let _ = self
-                    .runtime
-                    .block_on(async { timeout(LAST_WORD, self.cancel.cancel_query(self.tls.clone())).await });
-                Err(Error::Interrupted)
-            }
+        if let Some(outcome) = self.runtime.block_on(watched(answer, self.interrupted)) {
+            return outcome.map_err(|error| explain(&error).into());
         }
+        let stop = self.cancel.cancel_query(self.tls.clone());
+        let _ = self.runtime.block_on(async { timeout(LAST_WORD, stop).await });
+        Err(Error::Interrupted)
     }
 
     /// The answer to a statement of gable's own.
