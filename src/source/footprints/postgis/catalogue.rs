@@ -120,7 +120,8 @@ pub(super) fn layer(
 }
 
 fn choose(label: &Path, layers: &[Layer], wanted: Option<&str>) -> Result<Layer, InputError> {
-    let all = || layers.iter().map(|layer| layer.name(layers)).collect::<Vec<_>>();
+    let named = |some: &[&Layer]| some.iter().map(|layer| layer.name(layers)).collect::<Vec<_>>();
+    let all = || named(&layers.iter().collect::<Vec<_>>());
     let list = |some: &[&Layer]| some.iter().map(|layer| layer.full_name()).collect::<Vec<_>>().join(", ");
     let Some(wanted) = wanted else {
         let candidates: Vec<&Layer> = layers.iter().filter(|layer| layer.can_hold_polygons()).collect();
@@ -129,7 +130,7 @@ fn choose(label: &Path, layers: &[Layer], wanted: Option<&str>) -> Result<Layer,
             [] => Err(InputError::new(label, "no table with polygons", "a table with polygons that may be read")
                 .remedy(if layers.is_empty() { String::new() } else { format!("There are: {}", all().join(", ")) })),
             _ => Err(InputError::new(label, format!("{} layers", candidates.len()), "the name of the layer to read")
-                .remedy(format!("Name one with --layer: {}", all().join(", ")))),
+                .remedy(format!("Name one with --layer: {}", named(&candidates).join(", ")))),
         };
     };
     let matches = |is_same: fn(&str, &str) -> bool| -> Vec<&Layer> {
