@@ -52,6 +52,11 @@ install() {
         dpkg -x "$package" .tools/postgis
     done
     rm -r .tools/postgis/packages
+    # What an installation does by itself: the file of the extension is a link.
+    local control
+    for control in .tools/postgis/usr/share/postgresql/*/extension/postgis-3.control; do
+        ln -sf postgis-3.control "$(dirname "$control")/postgis.control"
+    done
 }
 
 bin=$(programs)
@@ -65,7 +70,8 @@ fi
 command -v openssl >/dev/null || skip 'openssl, for the certificate of the server'
 case "$bin" in "$PWD"/.tools/*)
     unpacked="$PWD/.tools/postgis/usr"
-    export LD_LIBRARY_PATH="$unpacked/lib/$(uname -m)-linux-gnu${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+    libraries="$unpacked/lib/$(uname -m)-linux-gnu"
+    export LD_LIBRARY_PATH="$libraries:$libraries/blas:$libraries/lapack${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
     export PROJ_LIB="$unpacked/share/proj"
     ;;
 esac
