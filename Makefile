@@ -1,6 +1,7 @@
 # make quickstart   reconstruct the bundled corner of Delft
 # make test         run all tests
 # make load-test    damaged, endless and many inputs, kills and large halls: no breach (two minutes)
+# make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
 # All install what they need first. See README.md.
@@ -10,7 +11,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test load-test platforms loop setup lint dependencies doc bench plots picture page header
+.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -31,6 +32,10 @@ header: setup
 load-test: setup
 	cargo build --release --locked
 	python3 scripts/load-test.py
+
+# Says that it was skipped, and why, where there is no PostgreSQL with PostGIS to be had.
+postgis: setup
+	bash scripts/test-postgis.sh
 
 # Says that it was skipped, and why, where what it needs cannot be installed.
 platforms: setup

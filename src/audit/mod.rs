@@ -23,6 +23,7 @@ mod schema;
 mod templates;
 #[cfg(test)]
 mod tests;
+mod warnings;
 
 use std::path::Path;
 
@@ -120,6 +121,7 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
     if let Some(schema) = schema {
         let found = schema.close();
         report.schema_errors = found.faults;
+        report.schema_warnings = found.warnings;
         report.notes = found.notes;
     }
     Ok(report.close())

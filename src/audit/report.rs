@@ -101,6 +101,8 @@ pub struct Report {
     pub dataset_errors: Vec<Finding>,
     /// Where the file is not as the official schema of its version wants it.
     pub schema_errors: Vec<Finding>,
+    /// What the schema allows and its makers warn of, one sentence each; does not count against the validity.
+    pub schema_warnings: Vec<String>,
     /// What could not be checked, one sentence each.
     pub notes: Vec<String>,
     /// The features by type.
@@ -132,6 +134,7 @@ impl Report {
             all_semantic_errors: [].into(),
             dataset_errors: Vec::new(),
             schema_errors: Vec::new(),
+            schema_warnings: Vec::new(),
             notes: Vec::new(),
             features_overview: Vec::new(),
             primitives_overview: Vec::new(),
@@ -148,6 +151,15 @@ impl Report {
             ("geometry", geometry),
         ];
         kinds.into_iter().filter(|(_, is_invalid)| *is_invalid).map(|(kind, _)| kind).collect()
+    }
+
+    /// What is told and makes nothing invalid, in words: `labels and attributes`, `warnings`, or both; empty without.
+    pub fn told(&self) -> Vec<&'static str> {
+        let kinds = [
+            ("labels and attributes", !self.all_semantic_errors.is_empty()),
+            ("warnings", !self.schema_warnings.is_empty()),
+        ];
+        kinds.into_iter().filter(|(_, is_told)| *is_told).map(|(kind, _)| kind).collect()
     }
 
     /// Counts and closes.

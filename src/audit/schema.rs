@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 
 use super::hints;
 use super::report::Finding;
+use super::warnings::Warnings;
 use crate::guard::guarded;
 
 /// Objects that are checked at a time.
@@ -39,6 +40,8 @@ pub(super) struct Schema {
     /// Whether the schema of an extension that the file declares is not.
     lacks_extension: bool,
     pending: Map<String, Value>,
+    warnings: Warnings,
+    is_sequence: bool,
     faults: Vec<Finding>,
     /// How many more there are than are shown.
     hidden: usize,
@@ -50,6 +53,8 @@ pub(super) struct Schema {
 pub(super) struct Found {
     /// Where the file is not as the schema wants it.
     pub faults: Vec<Finding>,
+    /// What it allows and its makers warn of, one sentence each.
+    pub warnings: Vec<String>,
     /// What could not be checked, one sentence each.
     pub notes: Vec<String>,
 }
@@ -63,6 +68,8 @@ impl Schema {
             extensions: Vec::new(),
             lacks_extension: false,
             pending: Map::new(),
+            warnings: Warnings::default(),
+            is_sequence: false,
             faults: Vec::new(),
             hidden: 0,
             notes: Vec::new(),
@@ -75,6 +82,7 @@ impl Schema {
         let Ok(Value::Object(root)) = serde_json::from_slice(text) else { return };
         self.head = OF_HEAD.iter().filter_map(|name| Some(((*name).to_owned(), root.get(*name)?.clone()))).collect();
         self.find_extensions();
+        self.warnings.root(&root);
         let objects = root.get("CityObjects").and_then(Value::as_object);
         self.check(&String::from_utf8_lossy(text), objects.unwrap_or(&Map::new()));
     }
@@ -82,6 +90,8 @@ impl Schema {
     /// Takes a feature of a sequence.
     pub fn feature(&mut self, text: &[u8]) {
         let Ok(Value::Object(mut feature)) = serde_json::from_slice(text) else { return };
+        self.is_sequence = true;
+        self.warnings.vertices(&feature);
         let objects = feature.remove("CityObjects");
         let Some(Value::Object(objects)) = objects else { return };
         match feature.get("id") {
@@ -108,7 +118,7 @@ impl Schema {
             let more = format!("and {} more of this kind", self.hidden);
             self.faults.push(Finding::new(901, "", more));
         }
-        Found { faults: self.faults, notes: self.notes }
+        Found { faults: self.faults, warnings: self.warnings.told(self.is_sequence), notes: self.notes }
     }
 
     fn flush(&mut self) {

@@ -32,18 +32,24 @@ pub struct ConfigArgs {
 pub enum Preset {
     /// The height-field vote decides, not the network: half the time, no overhangs
     Fast,
-    /// The network decides where the vote leaves a doubt, and detection sees twice the points
+    /// Smaller parts, steps and features are modelled, with more faces
     Quality,
 }
 
 impl Preset {
     /// The options that it stands for.
     fn options(self) -> Map<String, Value> {
-        let options: &[(&str, Value)] = match self {
-            Self::Fast => &[("field", Value::String("height-field".to_owned()))],
-            Self::Quality => &[("field", Value::String("neural".to_owned())), ("maximum-density", Value::from(50))],
+        let options: Vec<(&str, Value)> = match self {
+            Self::Fast => vec![("field", "height-field".into())],
+            Self::Quality => vec![
+                ("minimum-area", 0.5.into()),
+                ("minimum-feature", 0.05.into()),
+                ("step-height", 0.2.into()),
+                ("step-length", 0.5.into()),
+                ("footprint-tolerance", 0.03.into()),
+            ],
         };
-        options.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect()
+        options.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }
 

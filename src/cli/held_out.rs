@@ -16,7 +16,7 @@ use crate::run::{FootprintSource, Job, sites};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::write_json;
 use crate::source::crs::Crs;
-use crate::source::footprints::FootprintOptions;
+use crate::source::footprints::{self, FootprintOptions};
 use crate::trial::{HeldOutField, HeldOutFigures, HeldOutTrial, Holding};
 
 /// What `gable evaluate --hold-out` takes beside fields and tiles.
@@ -31,7 +31,8 @@ pub struct HeldOutArgs {
     #[arg(long, value_name = "DENSITY", value_parser = density, requires = "hold_out")]
     density: Option<f64>,
 
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite
+    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
+    /// ("PG:host=… dbname=…")
     #[arg(short, long, value_name = "FILE", requires = "hold_out")]
     footprints: Option<PathBuf>,
 
@@ -69,7 +70,7 @@ pub struct Shared<'a> {
 struct Report<'a> {
     gable: &'static str,
     tiles: &'a [String],
-    footprints: Option<&'a Path>,
+    footprints: Option<PathBuf>,
     holding: Holding,
     network: Option<String>,
     parameters: &'a Parameters,
@@ -113,7 +114,7 @@ pub fn main(args: &HeldOutArgs, trial: &TrialArgs, shared: Shared<'_>, json: Opt
         let report = Report {
             gable: env!("CARGO_PKG_VERSION"),
             tiles: shared.tiles,
-            footprints: args.footprints.as_deref(),
+            footprints: args.footprints.as_deref().map(footprints::label),
             holding,
             network: trial.network(),
             parameters: &trial_of_fields.parameters,

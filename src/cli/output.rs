@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use crate::error::{Error, Result};
+use crate::source::footprints::redacted;
 
 /// Writes `text` to standard output. A reader that has heard enough (`gable info … | head`) is no error.
 ///
@@ -16,9 +17,10 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Writes a line to standard error. It is a courtesy: nobody is left to tell if that fails.
+/// Writes a line to standard error, without passwords, even of an address that was given where a file belongs. It is a
+/// courtesy: nobody is left to tell if that fails.
 pub fn say(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", redacted(text));
 }
 
 /// A whole number with its thousands apart: `45 646`.

@@ -27,6 +27,10 @@ Examples:
   A cloud that is not classified, some of the footprints only:
     gable reconstruct a.laz b.laz -f houses.shp --filter \"height > 3\" \\
       --building-class any -o out/
+  Footprints of a database; its password is in PGPASSWORD or ~/.pgpass:
+    gable reconstruct tiles/ -f \"PG:host=db dbname=city user=me\" --layer bag.pand -o a.city.json
+    gable reconstruct tiles/ -f postgresql://me@db/city -o a.city.json \\
+      --query \"SELECT id, geom FROM bag.pand WHERE status = 'in use'\"
   A single object without a footprint, and one from photographs in feet, with y upwards:
     gable reconstruct church.laz --no-footprint -o church.city.json
     gable reconstruct church.ply --no-footprint --unit ft --up-axis y -o church.city.json
@@ -58,7 +62,8 @@ pub struct Args {
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<String>,
 
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite
+    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
+    /// ("PG:host=… dbname=…")
     #[arg(short, long, value_name = "FILE", required_unless_present = "no_footprint", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
@@ -107,9 +112,13 @@ pub struct Args {
     #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
     footprint_crs: Option<String>,
 
-    /// Layer or table of the footprint file, if it has several
+    /// Layer or table of the footprints, if there are several
     #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
     layer: Option<String>,
+
+    /// SELECT that gives the footprints of a database, instead of a layer
+    #[arg(long, value_name = "SQL", conflicts_with_all = ["no_footprint", "layer"])]
+    query: Option<String>,
 
     /// Only footprints whose attributes satisfy this, such as "status = 'in use' AND height > 3"
     #[arg(long, value_name = "EXPRESSION", conflicts_with = "no_footprint")]
@@ -208,8 +217,9 @@ impl Args {
     pub(super) fn into_job(self) -> Result<Job, InputError> {
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
-        let (layer, filter, id_attribute) = (self.layer, self.filter, self.id_attribute);
-        let options = FootprintOptions { layer, filter, id_attribute, crs, within: None };
+        let (layer, query) = (self.layer, self.query);
+        let (filter, id_attribute) = (self.filter, self.id_attribute);
+        let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
         let job = Job {
             tiles: self.tiles,
             fed: None,

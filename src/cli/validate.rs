@@ -25,7 +25,8 @@ Examples:
 
 The official schema of the version that a file states is checked as well (901), and the verdict says
 whether schema or geometry failed. Codes 101 to 601 are those of val3dity. Codes 801 to 808 are about labels and attributes; they do not
-make a file invalid unless --strict is given.
+make a file invalid unless --strict is given, nor do the warnings of the schema's makers: members of
+the root that it does not know, vertices that repeat others or that no geometry uses.
 
 Exit codes:
   0  everything is valid
@@ -69,7 +70,7 @@ pub struct Args {
     #[arg(long)]
     no_schema: bool,
 
-    /// Faults of labels and attributes make a file invalid too
+    /// Faults of labels and attributes, and warnings, make a file invalid too
     #[arg(long)]
     strict: bool,
 
@@ -96,7 +97,7 @@ pub fn main(args: &Args) -> Outcome {
         drop(progress);
         match found {
             Ok(report) => {
-                print(&text(&report, args.list))?;
+                print(&text(&report, args.list, args.strict))?;
                 reports.push(report);
             }
             Err(error) => {
@@ -116,8 +117,7 @@ pub fn main(args: &Args) -> Outcome {
     if refused {
         return Ok(super::FAILURE);
     }
-    let invalid = |report: &Report| !report.validity || (args.strict && !report.all_semantic_errors.is_empty());
-    Ok(if reports.iter().any(invalid) { INVALID } else { 0 })
+    Ok(if reports.iter().any(|report| !invalid(report, args.strict).is_empty()) { INVALID } else { 0 })
 }
 
 fn options(args: &Args) -> Result<Options> {
@@ -137,11 +137,17 @@ fn options(args: &Args) -> Result<Options> {
     Ok(Options { tolerances, overlap: args.overlap, first_level: args.first_level, schema: !args.no_schema })
 }
 
+/// What counts against a file, in words; with `strict` also what is told and makes nothing invalid.
+fn invalid(report: &Report, strict: bool) -> Vec<&'static str> {
+    let told = if strict { report.told() } else { Vec::new() };
+    report.invalid().into_iter().chain(told).collect()
+}
+
 /// A report for a person.
-fn text(report: &Report, list: bool) -> String {
+fn text(report: &Report, list: bool, strict: bool) -> String {
     let number = |n: usize| thousands(n as u64);
-    let verdict =
-        if report.validity { "valid".to_owned() } else { format!("INVALID ({})", report.invalid().join(", ")) };
+    let invalid = invalid(report, strict);
+    let verdict = if invalid.is_empty() { "valid".to_owned() } else { format!("INVALID ({})", invalid.join(", ")) };
     let crs = report.crs.as_deref().unwrap_or("no CRS, lengths are taken for metres");
     let grid = match report.grid_step {
         None => String::new(),
@@ -162,6 +168,7 @@ fn text(report: &Report, list: bool) -> String {
     if let (Some(first), false) = (report.schema_errors.first(), list) {
         out.extend(["  the first of the schema: ", &first.info, "\n"]);
     }
+    out.extend(report.schema_warnings.iter().flat_map(|warning| ["  warning: ", warning, "\n"]));
     out.extend(report.notes.iter().flat_map(|note| ["  note: ", note, "\n"]));
     if list {
         let all = report.features.iter().flat_map(|f| f.errors.iter().chain(&f.semantic_errors));

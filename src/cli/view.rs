@@ -8,8 +8,8 @@ use super::progress::Verbosity;
 use super::reading::{ReadingProgress, file_size};
 use crate::error::{InputError, Result};
 use crate::report::Report;
-use crate::run::Job;
 use crate::run::output::{model_path, prepare};
+use crate::run::{FootprintSource, Job};
 use crate::sink::{Format, write_whole};
 use crate::source::points;
 use crate::view::{Contents, Options, Page, build, path_for};
@@ -110,8 +110,8 @@ fn make(model: &Path, path: &Path, options: &Options, tells: bool) -> Result<Pag
 /// # Errors
 /// The model will not be CityJSON, or the page cannot be written.
 pub fn prepare_for(job: &Job) -> Result<()> {
-    let footprints = job.footprints.as_ref().map(|source| source.path.as_path());
-    let model = model_path(&job.output, &points::expand(&job.tiles)?, footprints);
+    let footprints = job.footprints.as_ref().map(FootprintSource::name);
+    let model = model_path(&job.output, &points::expand(&job.tiles)?, footprints.as_deref());
     let format = Format::of(&model)?;
     if !matches!(format, Format::CityJson | Format::CityJsonSeq) {
         let fault = InputError::new(&model, format!("{} with --view", format.name()), "a model in CityJSON");

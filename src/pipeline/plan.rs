@@ -11,6 +11,7 @@ use super::spec::{self, StageSpec};
 use super::stage::{Role, StageKind};
 use super::{catalogue, expression};
 use crate::error::{Error, InputError, Result};
+use crate::source::footprints::redacted;
 
 /// An option set on the command line: `--readers.las.count=5` or `--stage.TAG.count=5`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -110,7 +111,7 @@ impl Plan {
         (0..self.stages.len()).filter(|&stage| !taken(stage)).collect()
     }
 
-    /// The pipeline with all types, tags, inputs and matches of glob patterns written out.
+    /// The pipeline with all types, tags, inputs and matches of glob patterns written out, and without passwords.
     pub fn to_json(&self) -> Value {
         let stage = |planned: &Planned| {
             let mut stage = Map::new();
@@ -120,7 +121,10 @@ impl Plan {
                 let inputs: Vec<&str> = planned.inputs.iter().map(|&i| self.stages[i].tag.as_str()).collect();
                 stage.insert("inputs".to_owned(), json!(inputs));
             }
-            stage.extend(planned.values.to_json());
+            stage.extend(planned.values.to_json().into_iter().map(|(name, value)| {
+                let shown = value.as_str().map(|text| Value::String(redacted(text)));
+                (name, shown.unwrap_or(value))
+            }));
             Value::Object(stage)
         };
         json!({ "pipeline": self.stages.iter().map(stage).collect::<Vec<_>>() })

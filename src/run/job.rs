@@ -11,7 +11,7 @@ use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
 use crate::sink::PointCloud;
-use crate::source::footprints::FootprintOptions;
+use crate::source::footprints::{self, FootprintOptions};
 use crate::source::points::Placement;
 
 /// What is to be done. All but the tiles or points, the footprints and the output has a default.
@@ -56,10 +56,17 @@ pub struct Job {
 /// Where the footprints come from.
 #[derive(Debug, Clone)]
 pub struct FootprintSource {
-    /// The file.
+    /// The file; or a `PostGIS` database, `PG:` and a connection string of libpq, or its `postgresql://` URL.
     pub path: PathBuf,
     /// How to read it.
     pub options: FootprintOptions,
+}
+
+impl FootprintSource {
+    /// What the model is named after where the output is a folder; see [`footprints::name`].
+    pub fn name(&self) -> PathBuf {
+        footprints::name(&self.path, &self.options)
+    }
 }
 
 impl Job {

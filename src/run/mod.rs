@@ -33,6 +33,7 @@ use crate::reconstruct::reconstruct;
 use crate::report::{self, Counts, Inputs, Quality, Report, Verdict};
 use crate::sink::{self, Metadata, Sink};
 use crate::site::Site;
+use crate::source::footprints;
 use std::path::PathBuf;
 
 use journal::Journal;
@@ -127,7 +128,7 @@ fn run_both(
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
-        command: job.command.clone(),
+        command: job.command.iter().map(|word| footprints::redacted(word)).collect(),
         started,
         interrupted: done.counts.not_reached > 0,
         exit_code,

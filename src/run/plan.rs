@@ -1,5 +1,6 @@
 //! Reading the inputs: what there is, in which CRS, and where the result goes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
@@ -14,7 +15,7 @@ use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
 use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
-use crate::sink::Format;
+use crate::sink::{Format, is_reserved};
 use crate::site::{Frame, Site};
 use crate::solid::Model;
 use crate::source::classes::class_name;
@@ -22,6 +23,9 @@ use crate::source::crs::Crs;
 use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected, Within};
 use crate::source::points::{self, Extent, Tile, TileProblem};
 use crate::source::raster;
+
+/// So many names of attributes are shown in one warning.
+const SHOWN: usize = 10;
 
 /// What there is and where the result goes.
 pub(super) struct Plan {
@@ -61,8 +65,9 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
     let names: Vec<PathBuf> = paths.iter().cloned().chain(fed.map(|fed| fed.name().to_path_buf())).collect();
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
+    let footprint_name = job.footprints.as_ref().map(FootprintSource::name);
     let has_model = !job.output.as_os_str().is_empty();
-    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_path));
+    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_name.as_deref()));
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));
     let files = names.len() + usize::from(job.footprints.is_some());
@@ -90,7 +95,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
-        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles)).transpose()?;
+        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles, journal)).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
         let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
@@ -112,7 +117,8 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(&warning);
         }
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
-        let name = stem(footprint_path.or_else(|| names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
+        let name =
+            stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
         let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
             let (footprints, rejected, report) = bring(layer, &crs, journal)?;
@@ -149,7 +155,12 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
 }
 
 /// Reads the footprints; those far from all tiles only where the format cannot tell which they are.
-fn read_footprints(job: &Job, source: &FootprintSource, tiles: &[Tile]) -> Result<FootprintLayer> {
+fn read_footprints(
+    job: &Job,
+    source: &FootprintSource,
+    tiles: &[Tile],
+    journal: &Journal<'_>,
+) -> Result<FootprintLayer> {
     let mut options = source.options.clone();
     if footprints::is_read_in_part(&source.path) {
         let with_points = tiles.iter().filter(|tile| tile.points > 0);
@@ -165,7 +176,7 @@ fn read_footprints(job: &Job, source: &FootprintSource, tiles: &[Tile]) -> Resul
             options.within = Some(Within { crs, extent });
         }
     }
-    footprints::read(&source.path, &options)
+    footprints::read_until(&source.path, &options, &|| journal.interrupted())
 }
 
 /// Whether the run goes on from what another has left for `model`.
@@ -203,9 +214,17 @@ fn bring(
     for warning in &layer.warnings {
         journal.warn(&format!("{file}: {warning}"));
     }
+    if layer.footprints.is_empty() && layer.rejected.is_empty() && layer.has_more {
+        let fault = InputError::new(&layer.path, "no feature at the tiles", "footprints where the tiles are");
+        let remedy = "See whether they are of one place, and whether --crs and --footprint-crs are right";
+        return Err(fault.remedy(remedy).into());
+    }
     if layer.footprints.is_empty() && layer.rejected.is_empty() {
         let fault = InputError::new(&layer.path, "no feature", "footprints of buildings");
         return Err(fault.remedy("Check --layer and --filter").into());
+    }
+    if let Some(clashes) = reserved(&layer) {
+        journal.warn(&format!("{file}: {clashes}"));
     }
     for warning in layer.reproject(crs)? {
         journal.warn(&warning);
@@ -229,6 +248,23 @@ fn bring(
         id_attribute: layer.id_attribute,
     };
     Ok((layer.footprints, layer.rejected, report))
+}
+
+/// What is to be told of attributes whose names are gable's own, such as those of a model that it made before.
+fn reserved(layer: &FootprintLayer) -> Option<String> {
+    let footprints = layer.footprints.iter().map(|footprint| &footprint.attributes);
+    let all = footprints.chain(layer.rejected.iter().map(|feature| &feature.attributes));
+    let names: BTreeSet<&str> = all.flat_map(|attributes| attributes.keys()).map(String::as_str).collect();
+    let names: Vec<&str> = names.into_iter().filter(|name| is_reserved(name)).collect();
+    let rest = names.len().saturating_sub(SHOWN);
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    (!names.is_empty()).then(|| {
+        format!(
+            "the attributes {}{more} have names that are gable's or those of an Extension: they are written as `source_…`, \
+             and the notes of each building say so",
+            names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
 /// Collects the points of each footprint, on the threads of `pool`.

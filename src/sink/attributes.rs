@@ -226,10 +226,9 @@ pub const ATTRIBUTES: &[Attribute] = &[
 pub(super) fn of(building: &Building, point_cloud: &PointCloud) -> Map<String, Value> {
     let mut out = Map::new();
     let mut notes = building.notes.clone();
-    let is_ours = |name: &str| ATTRIBUTES.iter().any(|attribute| attribute.name == name);
     for (name, value) in &building.attributes {
         let mut written = name.clone();
-        if name.starts_with('+') || is_ours(name) {
+        if is_reserved(name) {
             written = format!("source_{}", name.trim_start_matches('+'));
             while building.attributes.contains_key(&written) || out.contains_key(&written) {
                 written.insert_str(0, "source_");
@@ -245,6 +244,11 @@ pub(super) fn of(building: &Building, point_cloud: &PointCloud) -> Map<String, V
         }
     }
     out
+}
+
+/// Whether an attribute of this name is written under another; see [`Encoder`](super::Encoder).
+pub fn is_reserved(name: &str) -> bool {
+    name.starts_with('+') || ATTRIBUTES.iter().any(|attribute| attribute.name == name)
 }
 
 /// A height in metres of the local frame as a height in the vertical unit of the CRS, to three decimals.

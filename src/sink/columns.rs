@@ -109,6 +109,17 @@ impl Columns {
         &self.list
     }
 
+    /// What is to be told of attributes whose columns have other names, because theirs are taken by another in some case of
+    /// letters, or by the format; `but` are those of which nothing need be told. `None` where there are none.
+    pub(super) fn renamed(&self, but: &[&str]) -> Option<String> {
+        let told = self.list.iter().filter(|column| column.name != column.attribute && column.kind.is_some());
+        let told = told.filter(|column| !but.contains(&column.attribute.as_str()));
+        let told: Vec<String> = told.map(|column| format!("{:?} is {:?}", column.attribute, column.name)).collect();
+        (!told.is_empty()).then(|| {
+            format!("the names of these attributes are taken, they are written under others: {}", told.join(", "))
+        })
+    }
+
     /// How many rows there are.
     pub(super) fn rows(&self) -> usize {
         self.rows

@@ -36,7 +36,7 @@ mod tests;
 mod tileset;
 mod vertices;
 
-pub use attributes::{ATTRIBUTES, Attribute};
+pub use attributes::{ATTRIBUTES, Attribute, is_reserved};
 pub use encoder::{Encoder, Ids};
 pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};

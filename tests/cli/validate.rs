@@ -158,6 +158,39 @@ fn labels_make_invalid_only_where_it_is_asked_for() {
 }
 
 #[test]
+fn warnings_of_the_schema_make_invalid_only_where_it_is_asked_for() {
+    let folder = tempdir().unwrap();
+    let [path, json] = ["loose.city.json", "report.json"].map(|name| folder.path().join(name));
+    let model = |more: Value, vertices: &[[i32; 3]]| {
+        let square = [[0, 0, 0], [5000, 0, 0], [5000, 5000, 0], [0, 5000, 0]];
+        let geometry = json!({"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 1, 2, 3]]]});
+        let vertices = [&square[..], vertices].concat();
+        let mut model = json!({"type": "CityJSON", "version": "2.0", "vertices": vertices,
+            "transform": {"scale": [0.001, 0.001, 0.001], "translate": [85_000.0, 447_000.0, 0.0]},
+            "CityObjects": {"b": {"type": "Building", "geometry": [geometry]}}});
+        model.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        std::fs::write(&path, model.to_string()).unwrap();
+    };
+    for (more, vertices, says) in [
+        (json!({"colour": "red"}), &[][..], "warning: the schema does not know the members \"colour\" of the root"),
+        (json!({}), &[[0, 0, 0]], "warning: 1 vertex at the place of another"),
+        (json!({}), &[[1, 1, 0], [2, 2, 0]], "warning: 2 vertices in no geometry"),
+    ] {
+        model(more, vertices);
+        let run = with_schema(&[&path], &format!("--json {}", json.display()));
+        assert_eq!(run.code, 0, "{}", run.out);
+        assert_says(&run.out, &[": valid", says]);
+        assert!(!json_of(&json)["schema_warnings"].as_array().unwrap().is_empty());
+        let run = with_schema(&[&path], "--strict");
+        assert_eq!(run.code, 2, "{}", run.out);
+        assert_says(&run.out, &["INVALID (warnings)", says]);
+        assert_eq!(validate(&[&path], "--strict").code, 0, "without the schema there are none");
+    }
+    model(json!({}), &[]);
+    assert_eq!(with_schema(&[&path], "--strict").code, 0);
+}
+
+#[test]
 fn what_cannot_be_checked_is_said_and_the_rest_is_checked() {
     let run = validate(&[&data("footprints.geojson"), Path::new("nowhere.city.json"), &data(REFERENCE)], "");
     assert_eq!(run.code, 1);

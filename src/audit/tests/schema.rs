@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use cjval::CJValidator;
+
 use super::*;
 
 /// What is done to a file.
@@ -105,4 +107,31 @@ fn an_extension_is_checked_where_its_schema_is_at_hand_and_else_is_a_note() {
     std::fs::copy(file(&json!("loud")).path(), &path).unwrap();
     let report = full(&path);
     assert!(report.schema_errors.iter().any(|f| f.info.contains("loud")), "{:?}", report.schema_errors);
+}
+
+#[test]
+fn what_the_makers_of_the_schema_warn_of_is_told_and_makes_nothing_invalid() {
+    let file = boxed(0.001, |f| {
+        let vertices = f["vertices"].as_array_mut().unwrap();
+        // Not used and not the same: (1, 23, 4) and (12, 3, 4).
+        let first = vertices[0].clone();
+        vertices.extend([first, json!([1, 23, 4]), json!([12, 3, 4])]);
+    });
+    let rooted = boxed(0.001, |f| f["colour"] = json!("red"));
+    for (path, of) in [(file.path(), ""), (sequence(&file, 3).path(), " (in 3 features)")] {
+        let report = full(path);
+        let n = if of.is_empty() { 1 } else { 3 };
+        let vertices = if n == 1 { "vertex" } else { "vertices" };
+        let expected =
+            [format!("{n} {vertices}{of} at the place of another"), format!("{} vertices{of} in no geometry", 3 * n)];
+        assert_eq!((report.validity, &report.schema_warnings[..]), (true, &expected[..]));
+        assert_eq!(report.told(), ["warnings"]);
+    }
+    let report = full(rooted.path());
+    assert!(report.schema_warnings[0].contains("\"colour\"") && report.schema_warnings.len() == 1, "{report:?}");
+    // What cjval warns of in a whole file is told here as well.
+    let text = std::fs::read_to_string(rooted.path()).unwrap();
+    let found = CJValidator::from_str(&text).validate();
+    assert!(found["extra_root_properties"].has_errors());
+    assert_eq!(report_of(file.path()).schema_warnings, Vec::<String>::new(), "only where the schema is checked");
 }

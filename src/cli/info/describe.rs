@@ -166,7 +166,7 @@ pub fn describe(
     for path in footprints {
         match footprints::read(path, options) {
             Ok(layer) => {
-                let mut description = describe_layer(path.display().to_string(), &layer);
+                let mut description = describe_layer(footprints::label(path).display().to_string(), &layer);
                 description.overlap = (!extents.is_empty()).then(|| overlap(layer, tile_crs.as_ref(), &extents));
                 info.footprints.push(description);
             }

@@ -9,7 +9,7 @@ use super::Outcome;
 use super::output::{print, say};
 use crate::error::Error;
 use crate::source::crs::Crs;
-use crate::source::footprints::FootprintOptions;
+use crate::source::footprints::{self, FootprintOptions};
 use crate::source::points::{Placement, Unit, UpAxis};
 
 const EXAMPLES: &str = "\
@@ -25,7 +25,7 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns) and footprint files
+    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns), and footprint files or a PostGIS database
     #[arg(required = true, value_name = "FILES")]
     files: Vec<String>,
 
@@ -45,9 +45,13 @@ pub struct Args {
     #[arg(long, value_name = "CRS")]
     footprint_crs: Option<String>,
 
-    /// Layer or table of the footprint file, if it has several
+    /// Layer or table of the footprints, if there are several
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
+
+    /// SELECT that gives the footprints of a database, instead of a layer
+    #[arg(long, value_name = "SQL", conflicts_with = "layer")]
+    query: Option<String>,
 
     /// Print JSON instead of tables
     #[arg(long)]
@@ -63,6 +67,7 @@ pub struct Args {
 pub fn main(args: &Args) -> Outcome {
     let options = FootprintOptions {
         layer: args.layer.clone(),
+        query: args.query.clone(),
         crs: args.footprint_crs.as_deref().map(Crs::parse).transpose()?,
         ..FootprintOptions::default()
     };
@@ -85,7 +90,7 @@ pub fn main(args: &Args) -> Outcome {
     Ok(if faults.is_empty() && info.is_whole() { 0 } else { 2 })
 }
 
-/// Parts footprint files, told by their extension, from tiles.
+/// Parts footprint files, told by their extension, and databases from tiles.
 fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
     const FOOTPRINTS: [&str; 12] = [
         "gpkg",
@@ -101,15 +106,15 @@ fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
         "parquet",
         "geoparquet",
     ];
-    let (mut tiles, mut footprints) = (Vec::new(), Vec::new());
+    let (mut tiles, mut outlines) = (Vec::new(), Vec::new());
     for file in files {
         let path = PathBuf::from(file);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        if FOOTPRINTS.contains(&extension.as_str()) {
-            footprints.push(path);
+        if FOOTPRINTS.contains(&extension.as_str()) || footprints::is_database(&path) {
+            outlines.push(path);
         } else {
             tiles.push(file.clone());
         }
     }
-    (tiles, footprints)
+    (tiles, outlines)
 }

@@ -140,7 +140,7 @@ pub(super) struct RealArgs {
     #[arg(long, num_args = 1.., value_name = "TILES", requires = "footprints")]
     pub(super) hold_back: Vec<String>,
 
-    /// Where the buildings of the real scans stand: GeoPackage, GeoJSON, Shapefile, FlatGeobuf or SpatiaLite
+    /// Where the buildings of the real scans stand: footprints in any form that `gable reconstruct` reads
     #[arg(short, long, value_name = "FILE", requires = "placed")]
     pub(super) footprints: Option<PathBuf>,
 

@@ -15,7 +15,7 @@ use crate::pipeline::points::Points;
 use crate::pipeline::stage::{Context, Finished, Flow, Role, SourceFile, Stage, StageKind, Writer};
 use crate::reconstruct::Parameters;
 use crate::report::Report;
-use crate::run::{self, Feed, Job};
+use crate::run::{self, Feed, FootprintSource, Job};
 use crate::segment::SegmentOptions;
 use crate::source::crs::Crs;
 use crate::source::points::{ScanPoint, Unit, UpAxis};
@@ -43,7 +43,8 @@ fn options() -> Vec<OptionSpec> {
         OptionSpec::new(
             "footprints",
             Kind::File,
-            "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet or SpatiaLite; needed unless `no_footprint`",
+            "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database \
+             (`PG:host=… dbname=…`); needed unless `no_footprint`",
         ),
         switch("no_footprint", "Take what stands apart in the building points for an object each"),
         text("title", "Title of the city model; the name of the file of footprints when it is not given"),
@@ -62,7 +63,8 @@ fn options() -> Vec<OptionSpec> {
             "Axis that points up in points without a CRS, with `no_footprint`; z when it is not given",
         ),
         text("footprint_crs", "CRS of the footprints; goes before what the file says"),
-        text("layer", "Layer or table of the footprint file, if it has several"),
+        text("layer", "Layer or table of the footprints, if there are several"),
+        text("query", "`SELECT` that gives the footprints of a database, instead of a layer"),
         text("filter", "Only footprints whose attributes satisfy this, such as `status = 'in use' AND height > 3`"),
         text("id_attribute", "Attribute that holds the ids of the buildings; guessed when it is not given"),
         OptionSpec::new(
@@ -195,8 +197,8 @@ impl Lod2Writer {
     /// Opens the feed before the first point: an output that cannot be written must not cost an hour of reading.
     fn start(&mut self) -> Result<Feed> {
         let name = self.values.place().file.clone();
-        let footprints = self.job.footprints.as_ref().map(|source| source.path.as_path());
-        let model = run::output::model_path(&self.job.output, std::slice::from_ref(&name), footprints);
+        let footprints = self.job.footprints.as_ref().map(FootprintSource::name);
+        let model = run::output::model_path(&self.job.output, std::slice::from_ref(&name), footprints.as_deref());
         run::output::prepare(&model, self.job.overwrite || self.job.resume)?;
         let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty());
         let mut feed = Feed::new_in(folder.unwrap_or(Path::new(".")), name)?;

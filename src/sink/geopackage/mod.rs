@@ -146,18 +146,13 @@ impl Sink for GeoPackage {
     fn finish(mut self: Box<Self>) -> Result<Written> {
         let path = self.output.path().to_path_buf();
         self.close().map_err(fault(&path))?;
+        let renamed = [self.footprints.renamed(), self.faces.renamed()];
         let Self { output, connection, features, objects, left_out, .. } = *self;
         connection.close().map_err(|(_, error)| fault(&path)(error))?;
         let bytes = output.commit(&[])?;
-        let notes = (left_out > 0)
+        let left_out = (left_out > 0)
             .then(|| format!("the attributes of {left_out} children have no column of their own and are not written"));
-        Ok(Written {
-            path,
-            format: Some(Format::GeoPackage),
-            features,
-            objects,
-            bytes,
-            notes: notes.into_iter().collect(),
-        })
+        let notes = left_out.into_iter().chain(renamed.into_iter().flatten()).collect();
+        Ok(Written { path, format: Some(Format::GeoPackage), features, objects, bytes, notes })
     }
 }

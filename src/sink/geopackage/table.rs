@@ -1,5 +1,7 @@
 //! A table of attributes with a geometry, whose columns become known with its rows.
 
+use std::collections::BTreeSet;
+
 use rusqlite::types::Value as Cell;
 use rusqlite::{Connection, Result, params_from_iter};
 use serde_json::{Map, Value};
@@ -16,6 +18,8 @@ pub(super) struct Table {
     /// Its text columns that every row has.
     fixed: &'static [&'static str],
     columns: Columns,
+    /// The fixed columns from which an attribute of the same name differs in some row.
+    differing: BTreeSet<&'static str>,
     /// How many of the columns the table has.
     made: usize,
     bounds: Option<[f64; 4]>,
@@ -60,11 +64,18 @@ impl Table {
         ))?;
         let reserved: Vec<&str> = ["fid", "geom"].iter().chain(fixed).copied().collect();
         let columns = Columns::new(&reserved);
-        Ok(Self { name, fixed, columns, made: 0, bounds: None, rows: 0 })
+        Ok(Self { name, fixed, columns, differing: BTreeSet::new(), made: 0, bounds: None, rows: 0 })
     }
 
     pub(super) fn bounds(&self) -> Option<[f64; 4]> {
         self.bounds
+    }
+
+    /// What is to be told of attributes whose columns have other names. An attribute that says what a column of the format
+    /// says as well is not told.
+    pub(super) fn renamed(&self) -> Option<String> {
+        let same: Vec<&str> = self.fixed.iter().filter(|name| !self.differing.contains(*name)).copied().collect();
+        self.columns.renamed(&same).map(|told| format!("{}: {told}", self.name))
     }
 
     /// Adds a row. `Ok(false)` when its attributes would need more columns than a table can have.
@@ -77,6 +88,11 @@ impl Table {
         srs: i32,
     ) -> Result<bool> {
         self.columns.see(attributes);
+        for (name, own) in self.fixed.iter().zip(fixed) {
+            if attributes.get(*name).is_some_and(|value| !value.is_null() && text_of(value) != *own) {
+                self.differing.insert(name);
+            }
+        }
         if self.columns.list().len() + self.fixed.len() > MOST_COLUMNS {
             return Ok(false);
         }

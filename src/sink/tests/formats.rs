@@ -198,3 +198,40 @@ fn an_empty_model_is_written_in_every_format() {
         assert_eq!(written.features, 0);
     }
 }
+
+#[test]
+fn attributes_whose_names_are_taken_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut buildings = neighbourhood();
+    // The id says what the column of the format says; the others do not.
+    let id = buildings[0].id.clone();
+    for (name, value) in [
+        ("id", json!(id)),
+        ("type", json!("church")),
+        ("fid", json!(7)),
+        ("Big", json!(1)),
+        ("attribute_type", json!("x")),
+    ] {
+        buildings[0].attributes.insert(name.to_owned(), value);
+    }
+    let (path, written) = write_any(&folder, "out.gpkg", &buildings);
+    let told = written.notes.join("\n");
+    for says in [r#""type" is "type_2""#, r#""fid" is "fid_2""#, r#""Big" is "Big_2""#] {
+        assert!(told.contains(says), "{told}");
+    }
+    assert!(!told.contains(r#""id""#), "{told}");
+    let connection = Connection::open(&path).unwrap();
+    let row = connection.query_row("SELECT id || type_2 || fid_2 || Big_2 FROM footprints WHERE fid = 1", (), |row| {
+        row.get::<_, String>(0)
+    });
+    assert_eq!(row.unwrap(), format!("{id}church71"));
+    let (path, written) = write_any(&folder, "out.3dtiles", &buildings);
+    let told = written.notes.join("\n");
+    assert!(told.contains(r#"attributes "attribute_type", "type" have the names"#), "{told}");
+    assert!(told.contains(r#""Big" is "Big_2""#) && !told.contains(r#""id""#), "{told}");
+    let bytes: Vec<u8> = tree(&path).into_values().flatten().collect();
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(text.contains("attribute_attribute_type") && text.contains("church"), "all of them are in the tiles");
+    // Without a clash nothing is told.
+    assert!(write_any(&folder, "plain.gpkg", &neighbourhood()).1.notes.iter().all(|note| !note.contains("taken")));
+}

@@ -22,6 +22,7 @@ mod quadtree;
 mod record;
 mod tile;
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -39,7 +40,7 @@ use frame::{Bounds, EarthFrame};
 use properties::Class;
 use quadtree::{Cell, CellWriter, Entry, Split};
 use record::Record;
-use tile::{Detail, Placer, feature_row, surface_row};
+use tile::{Detail, FEATURE_PROPERTIES, Placer, SURFACE_PROPERTIES, feature_row, giving_way, surface_row};
 
 /// The file that viewers open.
 const TILESET: &str = "tileset.json";
@@ -68,6 +69,8 @@ pub(super) struct Tileset {
     flat: usize,
     /// Children whose attributes are in no table.
     left_out: usize,
+    /// The attributes that have the name of a property of gable's and say something else.
+    giving_way: BTreeSet<String>,
     buffer: Vec<u8>,
 }
 
@@ -97,6 +100,7 @@ impl Tileset {
             objects: 0,
             flat: 0,
             left_out: 0,
+            giving_way: BTreeSet::new(),
             buffer: Vec::new(),
         })
     }
@@ -119,9 +123,13 @@ impl Sink for Tileset {
             return Ok(());
         };
         for level in std::iter::once(&record.fine).chain(&record.block) {
-            self.feature_columns.see(&feature_row(&record, level, metres[2]));
+            let row = feature_row(&record, level, metres[2]);
+            self.giving_way.extend(giving_way(&row, &record.attributes, &FEATURE_PROPERTIES));
+            self.feature_columns.see(&row);
             for surface in &level.surfaces {
-                self.surface_columns.see(&surface_row(&surface.object, &surface.class, &surface.attributes));
+                let row = surface_row(&surface.object, &surface.class, &surface.attributes);
+                self.giving_way.extend(giving_way(&row, &surface.attributes, &SURFACE_PROPERTIES));
+                self.surface_columns.see(&row);
             }
         }
         let [all_min, all_max] = self.extent.unwrap_or([min, max]);
@@ -141,9 +149,17 @@ impl Sink for Tileset {
 
     fn finish(self: Box<Self>) -> Result<Written> {
         let fault = self.fault();
-        let Self { mut folder, crs, spill, index, extent, features, objects, flat, left_out, .. } = *self;
+        let renamed = [self.feature_columns.renamed(&[]), self.surface_columns.renamed(&[])];
+        let Self { mut folder, crs, spill, index, extent, features, objects, flat, left_out, giving_way, .. } = *self;
         let path = folder.path().to_path_buf();
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> = renamed.into_iter().flatten().collect();
+        if !giving_way.is_empty() {
+            let names: Vec<String> = giving_way.iter().map(|name| format!("{name:?}")).collect();
+            notes.push(format!(
+                "attributes {} have the names of properties that 3D Tiles get here: \"attribute_\" stands before theirs",
+                names.join(", ")
+            ));
+        }
         if let Some([min, max]) = extent {
             let geocentric = Geocentric::new(&crs, [min, max])
                 .map_err(|why| InputError::new(&path, why, "a CRS from which PROJ finds the way to WGS 84"))?;

@@ -10,6 +10,8 @@ use crate::source::crs::Geocentric;
 
 /// The names of the properties that every feature has, before its attributes.
 pub(super) const FEATURE_PROPERTIES: [&str; 4] = ["id", "type", "lod", "height"];
+/// What stands before the name of an attribute that gives way to one of these.
+const GIVEN_WAY: &str = "attribute_";
 /// The names of the properties that every surface has, before its attributes.
 pub(super) const SURFACE_PROPERTIES: [&str; 2] = ["object", "surface_type"];
 
@@ -97,13 +99,29 @@ pub(super) fn surface_row(object: &str, class: &str, attributes: &Map<String, Va
 /// What every row has, then the attributes; one that has the name of the former gives way.
 fn row<'a>(own: impl Iterator<Item = (&'a str, Value)>, attributes: &Map<String, Value>) -> Map<String, Value> {
     let mut row: Map<String, Value> = own.map(|(name, value)| (name.to_owned(), value)).collect();
-    let known = row.len();
-    let taken: Vec<String> = row.keys().take(known).cloned().collect();
+    let taken: Vec<String> = row.keys().cloned().collect();
     for (name, value) in attributes {
-        let name = if taken.contains(name) { format!("attribute_{name}") } else { name.clone() };
+        let name = if gives_way(name, &taken) { format!("{GIVEN_WAY}{name}") } else { name.clone() };
         row.insert(name, value.clone());
     }
     row
+}
+
+/// The attributes that give way to what a row has, and say something else.
+pub(super) fn giving_way<'a>(
+    row: &'a Map<String, Value>,
+    attributes: &'a Map<String, Value>,
+    taken: &'a [&str],
+) -> impl Iterator<Item = String> + 'a {
+    let named = attributes.iter().filter(|(name, _)| gives_way(name, taken));
+    named.filter(|(name, value)| !value.is_null() && row.get(*name) != Some(value)).map(|(name, _)| name.clone())
+}
+
+/// Whether an attribute has one of these names, or one that an attribute of these names is given: so that however many give
+/// way, all stay apart.
+fn gives_way<S: AsRef<str>>(name: &str, taken: &[S]) -> bool {
+    let bare = name.trim_start_matches(GIVEN_WAY);
+    taken.iter().any(|taken| taken.as_ref() == bare)
 }
 
 /// The corners of a face from the centre of the tile, each once, and its triangles as indices of them.

@@ -10,6 +10,7 @@ use std::path::Path;
 use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 use serde_json::{Map, Number, Value};
 
+use super::attributes::distinct;
 use crate::error::{Error, InputError, Result};
 
 /// Bytes of the header before the fields, and of each field.
@@ -31,6 +32,8 @@ struct Field {
 pub(super) struct Table {
     file: BufReader<File>,
     fields: Vec<Field>,
+    /// What is to be told of fields of one name.
+    pub clashes: Vec<String>,
     record: Vec<u8>,
     encoding: &'static Encoding,
     /// What says that this is the encoding; `None` where nothing does.
@@ -62,7 +65,7 @@ impl Table {
         let mut header = vec![0; header_length.saturating_sub(BLOCK)];
         file.read_exact(&mut header).map_err(|_| fault("a header that is cut off"))?;
         let (encoding, stated_by) = encoding_of(code_page, start[29]);
-        let fields: Vec<Field> = header
+        let mut fields: Vec<Field> = header
             .as_chunks::<BLOCK>()
             .0
             .iter()
@@ -80,9 +83,13 @@ impl Table {
         if fields.iter().map(|field| field.length).sum::<usize>() >= record_length {
             return Err(fault("records that are shorter than their fields").into());
         }
+        // Names are shortened to ten bytes, and then two may be one.
+        let (names, clashes) = distinct(fields.iter().map(|field| field.name.clone()));
+        fields.iter_mut().zip(names).for_each(|(field, name)| field.name = name);
         Ok(Self {
             file,
             fields,
+            clashes,
             record: vec![0; record_length],
             encoding,
             stated_by,

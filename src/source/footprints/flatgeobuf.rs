@@ -12,9 +12,11 @@ use geo::Coord;
 use serde_json::{Map, Number, Value};
 
 use super::arcs;
+use super::attributes::distinct;
 use super::format::stem;
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use super::reference_system::crs_of_file;
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 
@@ -43,12 +45,8 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
         .map_err(|error| fault("a damaged header").at(error.to_string()))?;
     let index = index_size(&header).filter(|size| *size < length).ok_or_else(|| fault("a damaged header"))?;
     file.seek(SeekFrom::Current(index.cast_signed())).map_err(|e| Error::io(path, "read", e))?;
-    let columns: Vec<Column> = header
-        .columns()
-        .iter()
-        .flatten()
-        .map(|column| Column { name: column.name().to_string(), kind: column.type_() })
-        .collect();
+    let stated = header.columns().iter().flatten().map(|column| (column.name().to_string(), column.type_())).collect();
+    let (columns, clashes) = columns_of(stated);
     let mut info = LayerInfo {
         layer: header.name().map_or_else(|| stem(path), str::to_string),
         crs: crs_of(path, &header, options)?,
@@ -57,6 +55,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     };
     let binary = columns.iter().filter(|c| c.kind == ColumnType::Binary);
     info.warnings.extend(binary.map(|c| format!("attribute `{}` is binary and was left out", c.name)));
+    info.warnings.extend(clashes);
     let mut count = 0_u64;
     let mut end = file.stream_position().map_err(|e| Error::io(path, "read", e))?;
     while let Some(bytes) = sized(&mut file, length) {
@@ -77,6 +76,13 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
         _ => {}
     }
     Ok(info)
+}
+
+/// The columns of a table, and what is to be told of those of one name.
+fn columns_of(stated: Vec<(String, ColumnType)>) -> (Vec<Column>, Vec<String>) {
+    let (names, kinds): (Vec<String>, Vec<ColumnType>) = stated.into_iter().unzip();
+    let (names, clashes) = distinct(names);
+    (names.into_iter().zip(kinds).map(|(name, kind)| Column { name, kind }).collect(), clashes)
 }
 
 /// The next block with its size of four bytes in front; `None` at the end or when it would be larger than `limit`.
@@ -138,7 +144,7 @@ fn feature_of(bytes: &[u8], header: &Header<'_>, columns: &[Column]) -> RawFeatu
         }
     };
     let own: Option<Vec<Column>> = feature.columns().map(|columns| {
-        columns.iter().map(|column| Column { name: column.name().to_string(), kind: column.type_() }).collect()
+        columns_of(columns.iter().map(|column| (column.name().to_string(), column.type_())).collect()).0
     });
     let properties: Vec<u8> = feature.properties().map(|p| p.bytes().to_vec()).unwrap_or_default();
     let columns = own.as_deref().unwrap_or(columns);

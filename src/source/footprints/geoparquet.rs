@@ -12,9 +12,11 @@ use parquet::file::statistics::Statistics;
 use parquet::record::{Field, List, Row};
 use serde_json::{Map, Number, Value};
 
+use super::attributes::distinct;
 use super::format::stem;
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, Within, crs_of_file, wkb};
+use super::reference_system::{crs_of_file, wanted_in};
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink, wkb};
 use crate::error::{Error, InputError, Result};
 use crate::guard::guarded;
 use crate::source::crs::Crs;
@@ -55,10 +57,15 @@ fn read_unguarded(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Re
     let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
     let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e.to_string()))?;
     let metadata = reader.metadata();
+    let names = metadata.file_metadata().schema().get_fields().iter().map(|field| field.name().to_owned());
+    if let Some(clash) = distinct(names).1.first() {
+        let fault = InputError::new(path, "two columns of one name", "a name for each column").at(clash.clone());
+        return Err(fault.remedy("Write the file anew with other names").into());
+    }
     let geometry = geometry_of(path, metadata.file_metadata().key_value_metadata(), options)?;
     let mut info = LayerInfo { layer: stem(path), crs: geometry.crs.clone(), ..LayerInfo::default() };
     info.warnings.clone_from(&geometry.warnings);
-    let wanted = wanted(options, geometry.crs.as_ref()).filter(|_| geometry.boxes.is_some());
+    let wanted = wanted_in(options, geometry.crs.as_ref()).filter(|_| geometry.boxes.is_some());
     let mut passed_over = 0;
     let mut blobs: BTreeMap<String, usize> = BTreeMap::new();
     for (index, group) in metadata.row_groups().iter().enumerate() {
@@ -87,6 +94,7 @@ fn read_unguarded(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Re
         }
     }
     if passed_over > 0 {
+        info.has_more = true;
         info.warnings
             .push(format!("{passed_over} features lie beside the tiles, by the boxes of the file, and are not read"));
     }
@@ -148,13 +156,6 @@ fn geometry_of(
         Some(definition) => crs_of_file(path, &definition.to_string(), options)?,
     };
     Ok(Geometry { column: column.to_owned(), encoding, boxes, crs, warnings })
-}
-
-/// Where features are wanted, in the coordinates of the file; `None` where all are.
-fn wanted(options: &FootprintOptions, crs: Option<&Crs>) -> Option<Box4> {
-    let Within { crs: of_tiles, extent } = options.within.as_ref()?;
-    let crs = options.crs.as_ref().or(crs)?;
-    super::extent_in(of_tiles, *extent, crs)
 }
 
 fn overlap(a: &Box4, b: &Box4) -> bool {

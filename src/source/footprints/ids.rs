@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
+use super::attributes::meant;
 use super::{FootprintOptions, attribute, names};
 use crate::error::{InputError, Result};
 
@@ -125,11 +126,13 @@ fn unique(base: &str, from: usize, free: impl Fn(&String) -> bool) -> String {
 }
 
 fn named(wanted: &str, columns: &[String], path: &Path) -> Result<String> {
-    let exact = columns.iter().find(|c| *c == wanted);
-    match exact.or_else(|| columns.iter().find(|c| c.eq_ignore_ascii_case(wanted))) {
-        Some(column) => Ok(column.clone()),
-        None => Err(InputError::new(path, format!("no attribute `{wanted}`"), "an attribute that holds the id")
-            .at("its attributes")
+    let fault = |found: String| InputError::new(path, found, "an attribute that holds the id").at("its attributes");
+    match meant(wanted, columns) {
+        Ok(Some(column)) => Ok(column.clone()),
+        Err(alike) => Err(fault(format!("no attribute `{wanted}`, but several that differ from it in case"))
+            .remedy(format!("Name one of {}", alike.join(", ")))
+            .into()),
+        Ok(None) => Err(fault(format!("no attribute `{wanted}`"))
             .remedy(names::remedy(wanted, columns.iter().map(String::as_str)))
             .into()),
     }

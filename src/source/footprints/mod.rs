@@ -1,4 +1,5 @@
-//! Footprints: polygons with attributes, from GeoJSON, GeoPackage, SpatiaLite, Shapefile, FlatGeobuf and GeoParquet.
+//! Footprints: polygons with attributes, from GeoJSON, GeoPackage, SpatiaLite, Shapefile, FlatGeobuf, GeoParquet and
+//! `PostGIS`.
 //!
 //! Every format has one file with one function of the same signature, which hands over feature after feature as it
 //! stands. What follows is the same for all: the filter, the repair of rings, the choice of ids. No feature is ever
@@ -6,6 +7,7 @@
 //! reason, in [`FootprintLayer::rejected`].
 
 mod arcs;
+mod attributes;
 mod dbf;
 mod filter;
 mod flatgeobuf;
@@ -15,6 +17,8 @@ mod geoparquet;
 mod ids;
 mod names;
 mod outline;
+mod postgis;
+mod reference_system;
 mod shapefile;
 mod sqlite;
 mod sqlite_bounds;
@@ -23,7 +27,6 @@ mod wkb;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -32,8 +35,10 @@ use serde_json::{Map, Value};
 
 use super::crs::{Crs, Transformer};
 use crate::error::{InputError, Result};
+use attributes::{Columns, attribute};
 use filter::Filter;
 use outline::Outline;
+pub use postgis::redacted;
 
 /// One footprint with usable geometry.
 #[derive(Debug, Clone)]
@@ -64,8 +69,11 @@ pub struct Rejected {
 /// What to read of a file.
 #[derive(Debug, Clone, Default)]
 pub struct FootprintOptions {
-    /// The layer of a file with several; `None` takes the only one, or the only one with polygons.
+    /// The layer of a file with several; `None` takes the only one, or the only one with polygons. Of a database also
+    /// `schema.table`, and `table(column)` where a table has several columns of geometry.
     pub layer: Option<String>,
+    /// Of a database: the `SELECT` whose rows are the features, instead of a layer.
+    pub query: Option<String>,
     /// Which features: comparisons (`= != <> < <= > >=`), `LIKE`, `ILIKE`, `IN`, `IS [NOT] NULL`, joined by `AND`, `OR`,
     /// `NOT` and parentheses; `'text'`, `"attribute"`. Where SQL says *unknown*, a feature is left out.
     pub filter: Option<String>,
@@ -88,17 +96,38 @@ pub struct Within {
 }
 
 /// Whether a file is of a format whose features far from [`FootprintOptions::within`] are not read: GeoParquet, of which
-/// one file may hold the buildings of a continent.
+/// one file may hold the buildings of a continent; or a database, which may, too.
 pub fn is_read_in_part(path: &Path) -> bool {
+    if postgis::is_database(path) {
+        return true;
+    }
     let mut start = [0; 4];
     let opened = crate::source::open::regular(path, "");
     opened.is_ok_and(|(mut file, _)| file.read_exact(&mut start).is_ok()) && start == *geoparquet::MAGIC
 }
 
+/// Whether a path is no file but the address of a database: `PG:…` or `postgresql://…`.
+pub fn is_database(path: &Path) -> bool {
+    postgis::is_database(path)
+}
+
+/// The path as messages and reports show it: of a database without its password.
+pub fn label(path: &Path) -> PathBuf {
+    postgis::label(path)
+}
+
+/// The path that results are named after: of a database the name of the layer, or of the database.
+pub fn name(path: &Path, options: &FootprintOptions) -> PathBuf {
+    if postgis::is_database(path) {
+        return PathBuf::from(postgis::name(path, options).unwrap_or_else(|| "footprints".to_owned()));
+    }
+    path.to_path_buf()
+}
+
 /// What is in a footprint file.
 #[derive(Debug, Clone)]
 pub struct FootprintLayer {
-    /// The file.
+    /// The file; of a database its [`label`].
     pub path: PathBuf,
     /// The layer's name; that of the file where the format has no layers.
     pub layer: String,
@@ -116,6 +145,8 @@ pub struct FootprintLayer {
     pub missing: u64,
     /// Whether it lacks something else that belongs to it, such as a part of a shapefile; the warnings tell.
     pub is_damaged: bool,
+    /// Whether there are, or may be, features beside [`FootprintOptions::within`] that were not read.
+    pub has_more: bool,
     /// The number in the file of every footprint, in the same order.
     numbers: Vec<usize>,
 }
@@ -131,6 +162,8 @@ struct LayerInfo {
     missing: u64,
     /// Whether it lacks something else that belongs to it, which the warnings tell.
     is_damaged: bool,
+    /// Whether there are, or may be, features that were not wanted and not read.
+    has_more: bool,
     warnings: Vec<String>,
 }
 
@@ -155,19 +188,35 @@ type Sink<'a> = &'a mut dyn FnMut(RawFeature);
 /// What each format has: reads a file, hands over its features.
 type Reader = fn(&Path, &FootprintOptions, Sink<'_>) -> Result<LayerInfo>;
 
-/// Reads a footprint file of any supported format, told by its content first and its name second.
+/// Reads a footprint file of any supported format, told by its content first and its name second; or a database, told by
+/// `PG:` or `postgresql://` at the beginning of its name.
 ///
 /// # Errors
 /// When the file cannot be read or is no footprint file, when the layer or an attribute named in the options is not
 /// there, when the filter is wrong, or when the file's CRS cannot be understood and none is given. A feature that is
 /// wrong is never an error; see [`FootprintLayer::rejected`].
 pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
-    let (path, reader) = format::of(path)?;
+    read_until(path, options, &|| false)
+}
+
+/// The same, until `interrupted` says to stop: a database may take its time.
+///
+/// # Errors
+/// As [`read`], or [`crate::error::Error::Interrupted`].
+pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn() -> bool) -> Result<FootprintLayer> {
+    let address = path;
+    let (path, reader) = if postgis::is_database(address) {
+        (postgis::label(address), None)
+    } else {
+        let (path, reader) = format::of(address)?;
+        (path, Some(reader))
+    };
+    refuse_query(&path, options, reader.is_none())?;
     let filter = options.filter.as_deref().map(|text| Filter::parse(text, &path)).transpose()?;
     let mut columns = Columns::default();
     let mut index = 0;
     let mut kept: Vec<Kept> = Vec::new();
-    let info = reader(&path, options, &mut |feature| {
+    let mut take = |feature: RawFeature| {
         columns.extend(feature.attributes.keys());
         if filter.as_ref().is_none_or(|filter| filter.matches(&feature.attributes)) {
             let RawFeature { attributes, outline } = feature;
@@ -176,9 +225,13 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
             kept.push(Kept { index, attributes, polygon: outline.and_then(Outline::into_valid) });
         }
         index += 1;
-    })?;
+    };
+    let info = match reader {
+        Some(reader) => reader(&path, options, &mut take)?,
+        None => postgis::read(address, options, &mut take, interrupted)?,
+    };
     columns.extend(&info.columns);
-    if let Some(wanted) = &options.layer
+    if let Some(wanted) = options.layer.as_ref().filter(|_| reader.is_some())
         && ![info.layer.clone(), format::stem(&path)].iter().any(|name| name.eq_ignore_ascii_case(wanted))
     {
         let fault = InputError::new(&path, format!("no layer `{wanted}`"), "a layer of the file");
@@ -198,6 +251,7 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         warnings: info.warnings,
         missing: info.missing,
         is_damaged: info.is_damaged,
+        has_more: info.has_more,
         numbers: Vec::new(),
     };
     layer.warnings.extend(ids.warnings);
@@ -215,6 +269,19 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
         layer.warnings.push(format!("the filter lets none of {index} features through"));
     }
     Ok(layer)
+}
+
+/// Refuses a query where there is no database, or one beside a layer.
+fn refuse_query(path: &Path, options: &FootprintOptions, is_database: bool) -> Result<()> {
+    match (&options.query, &options.layer) {
+        (Some(_), _) if !is_database => Err(InputError::new(path, "a query to a file", "a query to a database")
+            .remedy("Files are read by --layer and --filter; a database is PG:host=… dbname=…")
+            .into()),
+        (Some(_), Some(_)) => Err(InputError::new(path, "both a query and a layer", "one of them")
+            .remedy("Leave out --layer: the query says from which table")
+            .into()),
+        _ => Ok(()),
+    }
 }
 
 /// The same in as little memory as it takes: a map that has grown has room for more, and there is one for each feature.
@@ -278,7 +345,7 @@ impl FootprintLayer {
                 format!("coordinates that can be taken to {target}"),
             )
             .at(reason)
-            .remedy("Give the footprints in the reference system of the points, or say which one theirs is")
+            .remedy("Give the footprints in the reference system of the points, or say with --footprint-crs which one theirs is")
         })?;
         if transformer.is_identity() {
             return Ok(Vec::new());
@@ -311,56 +378,3 @@ impl FootprintLayer {
 
 /// The largest extent of a building in metres. What is larger has a corner in the wrong place, or is no building.
 const LARGEST_BUILDING: f64 = 5000.0;
-
-/// The names of attributes in the order in which they first occur.
-#[derive(Default)]
-struct Columns {
-    names: Vec<String>,
-    seen: HashSet<String>,
-}
-
-impl Columns {
-    fn extend<'a>(&mut self, names: impl IntoIterator<Item = &'a String>) {
-        for name in names {
-            if !self.seen.contains(name) {
-                self.seen.insert(name.clone());
-                self.names.push(name.clone());
-            }
-        }
-    }
-}
-
-/// The value of an attribute by its name; by its name without regard to case where there is no such.
-fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&'a Value> {
-    attributes
-        .get(name)
-        .or_else(|| attributes.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value))
-}
-
-/// An extent (smallest x and y, largest x and y) in another CRS, a little wider than it is; `None` where there is no way.
-fn extent_in(from: &Crs, extent: [f64; 4], to: &Crs) -> Option<[f64; 4]> {
-    const STEPS: u8 = 8;
-    const SLACK: f64 = 0.02;
-    let transformer = Transformer::new(from, to, Some(extent)).ok()?;
-    let [x0, y0, x1, y1] = extent;
-    let at = |i: u8, low: f64, high: f64| low + (high - low) * f64::from(i) / f64::from(STEPS);
-    let mut points: Vec<[f64; 2]> =
-        (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| [at(i, x0, x1), at(j, y0, y1)])).collect();
-    transformer.transform(&mut points);
-    let bounds = points.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
-        [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
-    });
-    let [x, y] = [SLACK * (bounds[2] - bounds[0]), SLACK * (bounds[3] - bounds[1])];
-    bounds.iter().all(|bound| bound.is_finite()).then_some([bounds[0] - x, bounds[1] - y, bounds[2] + x, bounds[3] + y])
-}
-
-/// The CRS that a file names, unless the user gave one; an error that names the file and says how to give one.
-fn crs_of_file(path: &Path, definition: &str, options: &FootprintOptions) -> Result<Option<Crs>> {
-    if options.crs.is_some() || definition.trim().is_empty() {
-        return Ok(None);
-    }
-    Crs::parse(definition).map(Some).map_err(|error| {
-        let remedy = format!("Say with --footprint-crs which reference system it is. {}", error.remedy);
-        InputError::new(path, error.found, error.expected).at("its reference system").remedy(remedy).into()
-    })
-}

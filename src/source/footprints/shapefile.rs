@@ -10,7 +10,8 @@ use geo::{BoundingRect, Contains, Coord, LineString, Point, Polygon};
 use super::dbf::Table;
 use super::format::{stem, with_extension};
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use super::reference_system::crs_of_file;
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{Error, InputError, Result};
 
 /// Bytes of the header of the file and of each record.
@@ -38,6 +39,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     match &table {
         Some(table) => {
             info.columns.extend(table.columns().cloned());
+            info.warnings.extend(table.clashes.iter().cloned());
             let binary = table.binary_columns();
             info.warnings.extend(binary.map(|name| format!("attribute `{name}` is binary and was left out")));
         }

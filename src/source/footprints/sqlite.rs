@@ -7,8 +7,9 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row};
 use serde_json::{Map, Number, Value};
 
+use super::reference_system::crs_of_listing;
 use super::sqlite_bounds::{Allowance, bound, is_without_end};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file, names, wkb};
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink, names, wkb};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 
@@ -194,15 +195,7 @@ fn crs_of(
         })
         .map_err(|error| InputError::new(path, error.to_string(), "a list of reference systems"))?;
     let (code, definition) = found.unwrap_or((None, None));
-    if let Some(crs) = code.as_deref().and_then(|code| Crs::parse(code).ok()) {
-        return Ok(Some(crs));
-    }
-    // What GDAL writes for a system that it knows nothing of.
-    if definition.as_deref().is_some_and(|text| text.contains("\"Undefined SRS\"")) {
-        return Ok(None);
-    }
-    let definition = definition.filter(|text| text.contains('[')).or(code).unwrap_or_else(|| format!("EPSG:{srid}"));
-    crs_of_file(path, &definition, options)
+    crs_of_listing(path, srid, code, definition, options)
 }
 
 fn features(

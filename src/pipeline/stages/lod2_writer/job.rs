@@ -25,8 +25,9 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
     }
     if !has_footprints {
-        let needless =
-            ["footprint_crs", "layer", "filter", "id_attribute"].into_iter().find(|name| values.is_given(name));
+        let needless = ["footprint_crs", "layer", "query", "filter", "id_attribute"]
+            .into_iter()
+            .find(|name| values.is_given(name));
         if let Some(name) = needless {
             return Err(values.place().fault(format!("`{name}` without `footprints`"), "`footprints`").into());
         }
@@ -37,6 +38,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     let crs = values.text("footprint_crs").map(|text| crs_of(values, "footprint_crs", text)).transpose()?;
     let options = FootprintOptions {
         layer: given("layer"),
+        query: given("query"),
         filter: given("filter"),
         id_attribute: given("id_attribute"),
         crs,

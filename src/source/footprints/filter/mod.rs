@@ -10,6 +10,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
+use super::attributes::meant;
 use super::{attribute, names};
 use crate::error::{InputError, Result};
 
@@ -72,6 +73,15 @@ impl Filter {
 
     /// Whether all attributes that it names are among `columns`.
     pub(super) fn check(&self, columns: &[String], path: &Path) -> Result<()> {
+        for name in &self.attributes {
+            if let Err(alike) = meant(name, columns) {
+                let found = format!("no attribute `{name}`, but several that differ from it in case");
+                return Err(InputError::new(path, found, "attributes that features have")
+                    .at(format!("filter `{}`", self.text))
+                    .remedy(format!("Write one of {}", alike.join(", ")))
+                    .into());
+            }
+        }
         let unknown = self.attributes.iter().find(|name| !columns.iter().any(|c| c.eq_ignore_ascii_case(name)));
         match unknown {
             None => Ok(()),

@@ -4,6 +4,7 @@
 //! A collection is read feature by feature and every feature is judged by itself, so that neither the size of a file
 //! nor one bad feature matters.
 
+mod clashes;
 mod strict;
 
 use std::fmt;
@@ -16,13 +17,15 @@ use geo::Coord;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
+use clashes::{Clashes, Noting};
 use strict::Strict;
 
 pub(super) use strict::RECORD_SEPARATOR;
 
 use super::format::stem;
 use super::outline::{Outline, Ring};
-use super::{FootprintOptions, LayerInfo, RawFeature, Sink, crs_of_file};
+use super::reference_system::crs_of_file;
+use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{Error, InputError, Result};
 use crate::source::crs::Crs;
 
@@ -30,7 +33,7 @@ use crate::source::crs::Crs;
 pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
     let mut file = BufReader::new(File::open(path).map_err(|e| Error::io(path, "open", e))?);
     skip_byte_order_mark(&mut file).map_err(|e| Error::io(path, "read", e))?;
-    let mut bounds = Bounds::default();
+    let (mut bounds, clashes) = (Bounds::default(), Clashes::default());
     let mut json = serde_json::Deserializer::from_reader(BufReader::new(Strict::new(file)));
     let mut take = |feature: RawFeature| {
         if let Ok(outline) = &feature.outline {
@@ -43,7 +46,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let (mut first, mut is_sequence): (Option<Document>, bool) = (None, false);
     loop {
         let mut document = Document::default();
-        let read = Root { document: &mut document, sink: &mut take }.deserialize(&mut json);
+        let read = Root { document: &mut document, sink: &mut take, clashes: &clashes }.deserialize(&mut json);
         match read {
             Ok(()) => {}
             Err(error) if error.is_eof() && first.is_some() => {
@@ -57,7 +60,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
             }
         }
         if !document.has_features || document.kind.as_deref() != Some("FeatureCollection") {
-            take(feature_of_document(path, &document)?);
+            take(feature_of_document(path, &document, &clashes)?);
         }
         // What stands for the whole may be said in the first of a sequence, or in a later one.
         let first = first.get_or_insert_with(Document::default);
@@ -71,6 +74,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
         }
         is_sequence = true;
     }
+    info.warnings.extend(clashes.warnings());
     let document = first.unwrap_or_default();
     if let Some(Value::String(name)) = document.members.get("name").filter(|_| !is_sequence) {
         info.layer.clone_from(name);
@@ -84,12 +88,12 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
 }
 
 /// The feature that a document without `features` is.
-fn feature_of_document(path: &Path, document: &Document) -> Result<RawFeature> {
+fn feature_of_document(path: &Path, document: &Document, clashes: &Clashes) -> Result<RawFeature> {
     match document.kind.as_deref() {
         Some("FeatureCollection") => {
             Err(InputError::new(path, "a FeatureCollection without `features`", "GeoJSON").into())
         }
-        Some("Feature") => Ok(feature_of(Value::Object(document.members.clone()))),
+        Some("Feature") => Ok(feature_of(Value::Object(document.members.clone()), clashes)),
         Some(_) if document.members.contains_key("coordinates") || document.members.contains_key("geometries") => {
             let outline = outline_of(Value::Object(document.members.clone()));
             Ok(RawFeature { attributes: Map::new(), outline })
@@ -175,6 +179,7 @@ impl Bounds {
 struct Root<'a> {
     document: &'a mut Document,
     sink: Sink<'a>,
+    clashes: &'a Clashes,
 }
 
 impl<'de> DeserializeSeed<'de> for Root<'_> {
@@ -198,7 +203,7 @@ impl<'de> Visitor<'de> for Root<'_> {
             match key.as_str() {
                 "features" => {
                     self.document.has_features = true;
-                    map.next_value_seed(Features { sink: self.sink })?;
+                    map.next_value_seed(Features { sink: self.sink, clashes: self.clashes })?;
                 }
                 "type" => {
                     let kind = map.next_value::<Value>()?;
@@ -206,7 +211,7 @@ impl<'de> Visitor<'de> for Root<'_> {
                     self.document.members.insert(key, kind);
                 }
                 "crs" | "name" | "id" | "properties" | "geometry" | "coordinates" | "geometries" => {
-                    let value = map.next_value()?;
+                    let value = map.next_value_seed(Noting(self.clashes))?;
                     self.document.members.insert(key, value);
                 }
                 _ => {
@@ -220,6 +225,7 @@ impl<'de> Visitor<'de> for Root<'_> {
 
 struct Features<'a> {
     sink: Sink<'a>,
+    clashes: &'a Clashes,
 }
 
 impl<'de> DeserializeSeed<'de> for Features<'_> {
@@ -238,15 +244,15 @@ impl<'de> Visitor<'de> for Features<'_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut features: A) -> Result<(), A::Error> {
-        while let Some(feature) = features.next_element::<Value>()? {
-            (self.sink)(feature_of(feature));
+        while let Some(feature) = features.next_element_seed(Noting(self.clashes))? {
+            (self.sink)(feature_of(feature, self.clashes));
         }
         Ok(())
     }
 }
 
 /// A feature from its JSON. Its `id` member becomes the attribute `id` where there is none.
-fn feature_of(feature: Value) -> RawFeature {
+fn feature_of(feature: Value, clashes: &Clashes) -> RawFeature {
     let Value::Object(mut members) = feature else {
         return RawFeature { attributes: Map::new(), outline: Err("it is no GeoJSON feature".into()) };
     };
@@ -254,10 +260,12 @@ fn feature_of(feature: Value) -> RawFeature {
         Some(Value::Object(properties)) => properties,
         _ => Map::new(),
     };
-    if let Some(id) = members.remove("id")
-        && !attributes.contains_key("id")
-    {
-        attributes.insert("id".into(), id);
+    if let Some(id) = members.remove("id") {
+        match attributes.get("id") {
+            None => drop(attributes.insert("id".into(), id)),
+            Some(other) if *other != id => clashes.two_ids(),
+            Some(_) => {}
+        }
     }
     let outline = match members.remove("geometry") {
         None | Some(Value::Null) => Err("it has no geometry".into()),

@@ -183,3 +183,14 @@ fn what_is_damaged_or_no_geoparquet_is_told() {
         assert!(read(&path, &FootprintOptions::default()).is_err(), "cut at {at}");
     }
 }
+
+#[test]
+fn two_columns_of_one_name_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("made.parquet");
+    let schema = "message m { required binary geometry; required int64 height; required int64 height; }";
+    let columns = vec![Column::Bytes(vec![square(0.0, 10.0)]), Column::Numbers(vec![1]), Column::Numbers(vec![2])];
+    write(&path, schema, &geo("WKB", None), &[columns]);
+    let message = read(&path, &FootprintOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("two columns of one name") && message.contains("`height`"), "{message}");
+}

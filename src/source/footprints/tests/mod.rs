@@ -1,10 +1,12 @@
 //! Whole files through [`read`]: real ones, and small ones of every format that the tests write themselves.
 
+mod clashes;
 mod curves;
 mod formats;
 mod geoparquet;
 mod sequences;
 
+use std::collections::HashSet;
 use std::fs;
 
 use geo::{Area, Distance, Euclidean, Validation, Winding};
