@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
-use clap::{ArgMatches, Command};
+use clap::{ArgMatches, Command, ValueEnum};
 use serde_json::{Map, Value};
 
 use super::options;
@@ -66,13 +66,22 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
     let grammar = grammar.clone().no_binary_name(true).ignore_errors(true);
     // What is wrong with the words is told when all of them are together.
     let Ok(given) = grammar.clone().try_get_matches_from(&words[2..]) else { return Ok(words) };
-    let mut options = Map::new();
-    if let Ok(Some(preset)) = given.try_get_one::<Preset>("preset") {
-        options.extend(preset.options());
-    }
+    let mut configured = Map::new();
+    let mut preset = given.try_get_one::<Preset>("preset").ok().flatten().copied();
     if let Ok(Some(path)) = given.try_get_one::<PathBuf>("config") {
-        options.extend(read(path)?);
+        configured = read(path)?;
+        if let Some(name) = configured.remove("preset") {
+            let named = name.as_str().and_then(|name| Preset::from_str(name, false).ok());
+            let named = named.ok_or_else(|| {
+                let names: Vec<_> = Preset::value_variants().iter().filter_map(Preset::to_possible_value).collect();
+                let names: Vec<&str> = names.iter().map(clap::builder::PossibleValue::get_name).collect();
+                InputError::new(path, name.to_string(), format!("one of {}", names.join(", "))).at("\"preset\"")
+            })?;
+            preset = preset.or(Some(named));
+        }
     }
+    let mut options = preset.map(Preset::options).unwrap_or_default();
+    options.extend(configured);
     let mut tiles = Vec::new();
     let mut others = Vec::new();
     for (name, value) in options {
@@ -152,6 +161,9 @@ mod tests {
         );
         let parsed = <Cli as clap::Parser>::try_parse_from(words.iter().chain([&"-o=x.city.json".to_owned()]));
         assert!(parsed.is_ok(), "{:?}", parsed.err());
+        fs::write(&path, "preset = 'fast'\nlambda = 0.2\n").unwrap();
+        let words = spelt(&["reconstruct", "c.laz", "--config", config]).unwrap();
+        assert_eq!(words[2..4], ["--field=height-field", "--lambda=0.2"].map(str::to_owned));
         // Other commands have no configuration.
         assert_eq!(spelt(&["info", "--config", config]).unwrap(), ["gable", "info", "--config", config]);
     }
@@ -168,6 +180,7 @@ mod tests {
         assert!(unknown.contains("city.toml") && unknown.contains("Did you mean \"lambda\"?"), "{unknown}");
         let malformed = told("lambda = 1\nfield = \n");
         assert!(malformed.contains("line 2"), "{malformed}");
+        assert!(told("preset = 'slow'").contains("one of fast, quality"));
         assert!(told("[method]\nlambda = 1").contains("unknown option"));
         fs::remove_file(&path).unwrap();
         assert!(spelt(&["reconstruct", "--config", path.to_str().unwrap()]).unwrap_err().contains("city.toml"));

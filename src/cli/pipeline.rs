@@ -241,6 +241,10 @@ impl Observer for Listener {
 
     fn done(&self, file: &Path) {
         self.line("DONEFILE", file);
+        if self.verbosity > Verbosity::Quiet {
+            self.clear();
+            say(&format!("written {}", file.display()));
+        }
     }
 
     fn warning(&self, text: &str) {

@@ -64,7 +64,7 @@ pub struct Args {
 
     /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
     /// ("PG:host=… dbname=…")
-    #[arg(short, long, value_name = "FILE", required_unless_present = "no_footprint", conflicts_with = "no_footprint")]
+    #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
     /// Take what stands apart in the building points for an object each
@@ -215,6 +215,10 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
+        if self.footprints.is_none() && !self.no_footprint {
+            let fault = InputError::new("--footprints", "none", "the file of the outlines of the buildings");
+            return Err(fault.remedy("Without outlines --no-footprint takes what stands apart for a building each"));
+        }
         let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let (layer, query) = (self.layer, self.query);

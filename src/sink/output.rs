@@ -135,7 +135,7 @@ pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<()> {
 }
 
 /// What is written before it has its name.
-pub(super) fn temporary<'a>(mode: u32) -> tempfile::Builder<'a, 'a> {
+pub(crate) fn temporary<'a>(mode: u32) -> tempfile::Builder<'a, 'a> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".gable-").suffix(".part");
     #[cfg(unix)]

@@ -55,3 +55,47 @@ fn what_cannot_be_read_does_not_hide_what_can() {
     assert_eq!(info(&[&bad], "").code, 1);
     assert_eq!(info(&[&folder.path().join("nowhere.laz")], "").code, 1);
 }
+
+#[test]
+fn a_city_model_is_described() {
+    let folder = tempdir().unwrap();
+    let model = folder.path().join("delft.city.json");
+    let run: Run = command(["reconstruct"])
+        .arg(data("delft_ahn3.laz"))
+        .args(["--lod", "1.2,1.3,2.2", "--title", "A corner of Delft", "--field", "height-field", "-q", "-f"])
+        .arg(data("footprints.geojson"))
+        .arg("-o")
+        .arg(&model)
+        .output()
+        .unwrap()
+        .into();
+    assert_eq!(run.code, 0, "{}", run.err);
+    let told = info(&[&model], "");
+    assert_eq!(told.code, 0, "{}", told.err);
+    assert_says(
+        &told.out,
+        &[
+            "CityJSON",
+            "2.0",
+            "A corner of Delft",
+            "EPSG:7415",
+            "BuildingPart",
+            "Solid, LoD 1.3",
+            "RoofSurface",
+            "LoD 2.2: 71",
+        ],
+    );
+    assert!(!told.out.contains("MultiSurface"), "LoD 0 was not asked for: {}", told.out);
+    let json: Value = serde_json::from_str(&info(&[&model], "--json").out).unwrap();
+    let model_info = &json["models"][0];
+    assert_eq!(
+        (&model_info["objects"]["Building"], &model_info["geometries"]["Solid, LoD 1.2"]),
+        (&71.into(), &71.into())
+    );
+    // What only looks like one is told for what it is.
+    let bad = folder.path().join("bad.city.json");
+    std::fs::write(&bad, "no JSON").unwrap();
+    let refused = info(&[&bad], "");
+    assert_eq!(refused.code, 1);
+    assert_says(&refused.err, &["bad.city.json", "something else than JSON"]);
+}

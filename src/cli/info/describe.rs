@@ -6,6 +6,7 @@ use std::slice;
 use geo::{Area, BoundingRect};
 use serde::Serialize;
 
+use super::model::ModelInfo;
 use crate::error::{Error, Result};
 use crate::run;
 use crate::source::classes::OVERLAP;
@@ -20,6 +21,8 @@ pub struct Info {
     pub tiles: Vec<TileInfo>,
     /// The footprint files.
     pub footprints: Vec<FootprintsInfo>,
+    /// The city models.
+    pub models: Vec<ModelInfo>,
 }
 
 /// What is in a tile.
@@ -124,7 +127,7 @@ pub struct OverlapInfo {
 }
 
 impl CrsInfo {
-    fn new(crs: &Crs) -> Self {
+    pub(super) fn new(crs: &Crs) -> Self {
         Self {
             code: crs.code.clone(),
             name: crs.name.clone(),

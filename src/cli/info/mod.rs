@@ -1,6 +1,7 @@
-//! `gable info`: what is in tiles and footprint files, and whether they go together.
+//! `gable info`: what is in tiles, footprint files and city models, and whether tiles and footprints go together.
 
 mod describe;
+mod model;
 mod table;
 
 use std::path::PathBuf;
@@ -18,6 +19,8 @@ Examples:
     gable info tile.laz
   Do these footprints lie on these tiles?
     gable info tiles/ buildings.gpkg
+  What is in a city model?
+    gable info city.city.json
   For a script:
     gable info --json tile.laz";
 
@@ -25,7 +28,7 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns), and footprint files or a PostGIS database
+    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns), footprint files or a PostGIS database, and city models
     #[arg(required = true, value_name = "FILES")]
     files: Vec<String>,
 
@@ -72,9 +75,17 @@ pub fn main(args: &Args) -> Outcome {
         ..FootprintOptions::default()
     };
     let placement = Placement::given(args.unit, args.up_axis);
-    let (tiles, footprints) = sort(&args.files);
-    let (info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options, placement)?;
-    let nothing = info.tiles.is_empty() && info.footprints.is_empty();
+    let (models, files): (Vec<&String>, Vec<&String>) =
+        args.files.iter().partition(|file| model::is_model(file.as_ref()));
+    let (tiles, footprints) = sort(&files);
+    let (mut info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options, placement)?;
+    for path in models {
+        match model::describe(path.as_ref()) {
+            Ok(model) => info.models.push(model),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    let nothing = info.tiles.is_empty() && info.footprints.is_empty() && info.models.is_empty();
     if let Some(fault) = faults.pop_if(|_| nothing) {
         return Err(fault);
     }
@@ -91,7 +102,7 @@ pub fn main(args: &Args) -> Outcome {
 }
 
 /// Parts footprint files, told by their extension, and databases from tiles.
-fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
+fn sort(files: &[&String]) -> (Vec<String>, Vec<PathBuf>) {
     const FOOTPRINTS: [&str; 12] = [
         "gpkg",
         "geojson",
@@ -113,7 +124,7 @@ fn sort(files: &[String]) -> (Vec<String>, Vec<PathBuf>) {
         if FOOTPRINTS.contains(&extension.as_str()) || footprints::is_database(&path) {
             outlines.push(path);
         } else {
-            tiles.push(file.clone());
+            tiles.push((*file).clone());
         }
     }
     (tiles, outlines)

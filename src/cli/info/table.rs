@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::describe::{CrsInfo, FootprintsInfo, Info, TileInfo};
+use super::model::ModelInfo;
 use crate::cli::output::{counted, table, thousands};
 use crate::source::classes::class_name;
 
@@ -17,6 +18,7 @@ pub fn table_of(info: &Info) -> String {
         blocks.push(total(&info.tiles));
     }
     blocks.extend(info.footprints.iter().map(footprints));
+    blocks.extend(info.models.iter().map(model));
     blocks.join("\n")
 }
 
@@ -113,6 +115,35 @@ fn total(tiles: &[TileInfo]) -> String {
     }
     let points = thousands(all.values().sum());
     format!("all {}, {points} points\n{}", counted(tiles.len() as u64, "tile"), classes(&all))
+}
+
+fn model(model: &ModelInfo) -> String {
+    let mut out = format!("{}\n", model.file);
+    line(&mut out, "CityJSON", &model.version);
+    if let Some(title) = &model.title {
+        line(&mut out, "title", title);
+    }
+    let unnamed = model.crs.is_none() && model.crs_fault.is_none();
+    let named = crs(model.crs.as_ref(), model.crs_fault.as_deref());
+    line(&mut out, "CRS", if unnamed { "not named" } else { &named });
+    let decimals = if model.crs.as_ref().is_some_and(|crs| crs.geographic) { 6 } else { 2 };
+    match model.extent {
+        Some([min, max]) => line(&mut out, "extent", &extent(min, max, decimals)),
+        None => line(&mut out, "extent", "none: it holds no vertex"),
+    }
+    if !model.reached.is_empty() {
+        let reached: Vec<String> =
+            model.reached.iter().rev().map(|(level, count)| format!("LoD {level}: {}", thousands(*count))).collect();
+        line(&mut out, "reached", &reached.join(", "));
+    }
+    for (title, counts) in [("object", &model.objects), ("geometry", &model.geometries), ("surface", &model.surfaces)] {
+        if !counts.is_empty() {
+            let mut rows = vec![vec![title.to_owned(), "number".to_owned()]];
+            rows.extend(counts.iter().map(|(name, count)| vec![name.clone(), thousands(*count)]));
+            out += &table(&rows, "  ");
+        }
+    }
+    out
 }
 
 fn footprints(layer: &FootprintsInfo) -> String {

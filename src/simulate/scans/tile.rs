@@ -11,6 +11,7 @@ use tempfile::NamedTempFile;
 
 use super::Scanned;
 use crate::error::{Error, InputError, Result};
+use crate::sink::temporary;
 use crate::site::Frame;
 use crate::source::crs::Crs;
 
@@ -59,11 +60,7 @@ impl TileFile {
         let [x, y, z] = offset.map(|offset| Transform { scale: SCALE, offset });
         builder.transforms = Vector { x, y, z };
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-        let file = tempfile::Builder::new()
-            .prefix(".gable-")
-            .suffix(".laz")
-            .tempfile_in(folder)
-            .map_err(|e| Error::io(path, "create", e))?;
+        let file = temporary(0o666).suffix(".laz").tempfile_in(folder).map_err(|e| Error::io(path, "create", e))?;
         let handle = file.reopen().map_err(|e| Error::io(path, "create", e))?;
         let header = builder.into_header().map_err(fault)?;
         let writer = Writer::new(BufWriter::new(handle), header).map_err(fault)?;

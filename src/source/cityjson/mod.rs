@@ -379,7 +379,11 @@ impl Features {
     fn fault(&self, fault: &serde_json::Error, before: usize) -> Error {
         let place = format!("line {}, column {}", before + fault.line(), fault.column());
         let text = fault.to_string();
-        let found = text.split(" at line ").next().unwrap_or(&text).to_owned();
+        let found = match text.split(" at line ").next().unwrap_or(&text) {
+            // What a JSON reader says of the first sign of something else.
+            "expected value" => "something else than JSON",
+            found => found,
+        };
         self.refusal(place, found, "CityJSON 1.0, 1.1 or 2.0, or a sequence of CityJSONFeatures")
     }
 
