@@ -169,12 +169,14 @@ def cell(option):
 
 def table(options, heading):
     """A table of options, each with an anchor of its name."""
-    rows = [f"| {heading} | meaning | default |", "|---|---|---|"]
+    has_defaults = any(option.default for option in options)
+    rows = [f"| {heading} | meaning | default |", "|---|---|---|"] if has_defaults else [f"| {heading} | meaning |", "|---|---|"]
     for option in options:
         anchor = option.name.lstrip("-").strip("<>[].").lower()
         default = option.default if " " in option.default or not option.default else f"`{option.default}`"
         spelling = option.spelling.replace("|", "\\|")
-        rows.append(f'| <a id="{anchor}"></a>`{spelling}` | {cell(option)} | {default} |')
+        row = f'| <a id="{anchor}"></a>`{spelling}` | {cell(option)} |'
+        rows.append(f"{row} {default} |" if has_defaults else row)
     return rows
 
 

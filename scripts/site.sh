@@ -22,4 +22,4 @@ fi
 rm -rf out/site
 "$tools/bin/zensical" build --clean --strict
 python3 scripts/links.py out/site README.md CONTRIBUTING.md CHANGELOG.md training/README.md examples/data/README.md
-echo "The site is out/site/index.html."
+echo "The site is out/site/index.html; to search in it: python3 -m http.server -d out/site"
