@@ -4,6 +4,7 @@
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
+# make release      the archive of a release, with checksums, in out/release
 # All install what they need first. See README.md.
 
 export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
@@ -11,7 +12,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header
+.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header release
 
 quickstart: setup
 	cargo build --release --locked
@@ -53,6 +54,9 @@ lint: setup
 # Licences of all crates, and known vulnerabilities where the list of them can be fetched.
 dependencies: setup
 	python3 scripts/dependencies.py
+
+release: setup
+	python3 scripts/release.py
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
