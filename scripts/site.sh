@@ -21,5 +21,5 @@ fi
 
 rm -rf out/site
 "$tools/bin/zensical" build --clean --strict
-python3 scripts/links.py out/site README.md CONTRIBUTING.md CHANGELOG.md training/README.md examples/data/README.md
+python3 scripts/links.py out/site README.md CONTRIBUTING.md CHANGELOG.md
 echo "The site is out/site/index.html; to search in it: python3 -m http.server -d out/site"
