@@ -80,9 +80,11 @@ plots: setup
 	cargo build --release --locked
 	$$(sh scripts/setup-plots.sh) scripts/plots.py --buildings $(BUILDINGS) $(FRESH)
 
-# The picture of the README: the page of the quick start in a headless Chromium.
+# The pictures of the documentation: the page of the quick start, and levels of detail, in a headless Chromium.
 picture: $(MODEL)
 	sh scripts/picture.sh
+	sh scripts/picture.sh out/delft.html docs/page.png 'theme=light&colour=rmse&id=NL.IMBAG.Pand.0503100000017310'
+	sh scripts/picture-levels.sh
 
 # The page of gable view from its sources, by npm: after a change in src/view/page.
 page:

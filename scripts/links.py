@@ -101,7 +101,7 @@ def main():
         more, links = check_markdown(file)
         faults, count = faults + more, count + links
     if faults:
-        sys.exit("\n".join(faults))
+        sys.exit("\n".join(dict.fromkeys(faults)))
     print(f"links: {count} on {pages} pages and in {len(files)} files, all lead somewhere")
 
 
