@@ -4,15 +4,16 @@
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
+# make site         the documentation, in out/site
 # make release      the archive of a release, with checksums, in out/release
-# All install what they need first. See README.md.
+# All install what they need first. See README.md and CONTRIBUTING.md.
 
 export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header release
+.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -61,6 +62,15 @@ release: setup
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
 
+# Says that it was skipped, and why, where what builds it cannot be installed.
+site:
+	sh scripts/site.sh
+
+# The pages of docs/reference, from the help of the binary.
+reference: setup
+	cargo build --release --locked
+	python3 scripts/reference.py
+
 bench: setup
 	cargo bench --locked
 
@@ -70,9 +80,11 @@ plots: setup
 	cargo build --release --locked
 	$$(sh scripts/setup-plots.sh) scripts/plots.py --buildings $(BUILDINGS) $(FRESH)
 
-# The picture of the README: the page of the quick start in a headless Chromium.
+# The pictures of the documentation: the page of the quick start, and levels of detail, in a headless Chromium.
 picture: $(MODEL)
 	sh scripts/picture.sh
+	sh scripts/picture.sh out/delft.html docs/page.png 'theme=light&colour=rmse&id=NL.IMBAG.Pand.0503100000017310'
+	sh scripts/picture-levels.sh
 
 # The page of gable view from its sources, by npm: after a change in src/view/page.
 page:

@@ -20,5 +20,5 @@ fi
 [ -e "$page" ] || { echo "$page is not there: make quickstart" >&2; exit 1; }
 "$browser" --headless --no-sandbox --disable-dev-shm-usage --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
     --ignore-gpu-blocklist --hide-scrollbars --force-device-scale-factor=1 --window-size=1400,900 --virtual-time-budget=20000 \
-    --screenshot="$PWD/$picture" "file://$(realpath "$page")#$asked" >/dev/null 2>&1
+    --screenshot="$(realpath -m "$picture")" "file://$(realpath "$page")#$asked" >/dev/null 2>&1
 echo "$picture"

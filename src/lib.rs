@@ -61,5 +61,5 @@ pub use {geo, nalgebra, serde_json};
 
 /// Its example is compiled by the documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/howto/rust.md")]
+struct HowToCallItFromRust;
