@@ -45,6 +45,8 @@ mod output;
 pub mod plan;
 pub mod points;
 pub mod range;
+mod returns;
+mod rows;
 pub mod run;
 mod source;
 pub mod spec;
