@@ -37,6 +37,8 @@ pub mod area;
 pub mod catalogue;
 pub mod describe;
 pub mod expression;
+mod ground;
+mod heights;
 mod json;
 pub mod las;
 mod nearest;

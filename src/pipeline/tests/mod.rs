@@ -1,6 +1,7 @@
 //! Whole pipelines on small clouds whose results follow by hand.
 
 mod clouds;
+mod ground;
 mod selection;
 
 use std::path::{Path, PathBuf};
