@@ -239,7 +239,7 @@ mod tests {
         assert!(validator.is_valid(&good));
         for bad in [
             json!([{"type": "filters.crop", "bound": "([0,1],[0,1])"}]),
-            json!([{"type": "filters.smrf"}]),
+            json!([{"type": "filters.pmf"}]),
             json!([{"type": "writers.lod2", "filename": "o.city.json", "detector": "ransack"}]),
             json!([{"type": "readers.las"}]),
             json!({"stages": []}),

@@ -361,7 +361,7 @@ mod tests {
         );
         let option = fault(r#"["a.las", {"type": "filters.crop", "bound": "([0,1],[0,1])"}]"#);
         assert!(option.contains("`bounds`"), "{option}");
-        let elsewhere = fault(r#"["a.las", {"type": "filters.smrf"}]"#);
+        let elsewhere = fault(r#"["a.las", {"type": "filters.pmf"}]"#);
         assert!(elsewhere.contains("pdal pipeline") && elsewhere.contains("writers.las"), "{elsewhere}");
         let option = fault(r#"["a.las", {"type": "filters.crop", "ogr": {}}]"#);
         assert!(option.contains("which PDAL has"), "{option}");

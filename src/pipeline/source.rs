@@ -27,6 +27,20 @@ pub(super) fn reader_options(filename: &str) -> Vec<OptionSpec> {
     ]
 }
 
+/// The options that readers have whose files name no CRS.
+pub(super) fn plain_reader_options(filename: &str) -> Vec<OptionSpec> {
+    let mut options = reader_options(filename);
+    for option in &mut options {
+        match option.name.as_str() {
+            "override_srs" => option.help = "CRS of the points; the file names none".to_owned(),
+            "default_srs" => option.help = "The same: the file names none".to_owned(),
+            "nosrs" => option.help = "Taken for the sake of PDAL's files: the file names no CRS".to_owned(),
+            _ => {}
+        }
+    }
+    options
+}
+
 /// Reads a tile.
 pub(super) struct TileReader {
     path: PathBuf,
@@ -58,20 +72,14 @@ impl TileReader {
     /// # Errors
     /// A CRS that cannot be understood.
     pub fn new(values: &Values, wanted: Vec<Vec<Area>>) -> Result<Self, InputError> {
-        let crs = |option: &str| {
-            let parsed = values.text(option).map(|text| crs_of(values, option, text));
-            parsed.transpose().map(|crs| crs.map(Arc::new))
-        };
-        if values.is_given("override_srs") && values.is_given("default_srs") {
-            return Err(values.place().fault("both `override_srs` and `default_srs`", "one of them"));
-        }
+        let (override_crs, default_crs) = named_crs(values)?;
         Ok(Self {
             path: values.text("filename").unwrap_or_default().into(),
             start: values.whole("start").unwrap_or(0),
             count: values.whole("count"),
             override_text: values.text("override_srs").map(str::to_owned),
-            override_crs: crs("override_srs")?,
-            default_crs: crs("default_srs")?,
+            override_crs,
+            default_crs,
             no_crs: values.is_on("nosrs"),
             wanted,
             opened: None,
@@ -83,6 +91,21 @@ impl TileReader {
     fn wants(&self, position: [f64; 3]) -> bool {
         self.wanted.iter().all(|areas| areas.iter().any(|area| area.has(position)))
     }
+}
+
+/// The CRS that the points have whatever their file says, and the one that they have where it says nothing.
+///
+/// # Errors
+/// One that cannot be understood, or both.
+pub(super) fn named_crs(values: &Values) -> Result<(Option<Arc<Crs>>, Option<Arc<Crs>>), InputError> {
+    let crs = |option: &str| {
+        let parsed = values.text(option).map(|text| crs_of(values, option, text));
+        parsed.transpose().map(|crs| crs.map(Arc::new))
+    };
+    if values.is_given("override_srs") && values.is_given("default_srs") {
+        return Err(values.place().fault("both `override_srs` and `default_srs`", "one of them"));
+    }
+    Ok((crs("override_srs")?, crs("default_srs")?))
 }
 
 /// The CRS that an option names.

@@ -275,6 +275,6 @@ fn stages_are_listed_with_their_options() {
     assert!(run.out.contains("footprints FILE") && run.out.contains("ring_width NUMBER"), "{}", run.out);
     let run = gable(["stages", "filters.crip"]);
     assert!(run.code == 1 && run.err.contains("`filters.crop`"), "{}", run.err);
-    let run = gable(["stages", "filters.smrf"]);
+    let run = gable(["stages", "filters.pmf"]);
     assert!(run.code == 1 && run.err.contains("pdal pipeline"), "{}", run.err);
 }

@@ -1,5 +1,7 @@
 //! The values of one dimension.
 
+use std::cmp::Ordering;
+
 use super::number::{Number, NumberType};
 
 /// The values of one dimension, one per point, in the type of the dimension: a tile of 20 million points fits into
@@ -96,6 +98,16 @@ impl Column {
             fit.is_some()
         }
         of_any_type!(self, values => set(values, i, value))
+    }
+
+    /// How the values of points `i` and `j`, which exist, compare; what is no number comes after all numbers.
+    pub fn compare(&self, i: usize, j: usize) -> Ordering {
+        fn compare<T: Copy + PartialOrd>(a: T, b: T) -> Ordering {
+            // Only what is no number differs from itself.
+            let is_none = |value: T| value.partial_cmp(&value).is_none();
+            a.partial_cmp(&b).unwrap_or_else(|| is_none(a).cmp(&is_none(b)))
+        }
+        of_any_type!(self, values => compare(values[i], values[j]))
     }
 
     /// Appends the bytes of the value of point `i`, which exists, low byte first.

@@ -1,11 +1,13 @@
 //! Points in columns: what goes from stage to stage.
 
 mod column;
+mod names;
 mod number;
 
 use std::sync::Arc;
 
 pub use column::Column;
+pub use names::usual_name;
 pub use number::NumberType;
 
 use super::nearest::nearest;

@@ -1,10 +1,14 @@
 //! The stages, one file each.
 
 pub mod assign;
+pub mod cluster;
 pub mod copc_reader;
 pub mod crop;
+pub mod csf;
+pub mod decimation;
 pub mod expression;
 pub mod ferry;
+pub mod hag_delaunay;
 pub mod hag_nn;
 pub mod head;
 pub mod las_reader;
@@ -14,9 +18,16 @@ pub mod lod2_writer;
 pub mod merge;
 pub mod null_writer;
 pub mod outlier;
+pub mod overlay;
+pub mod ply_reader;
 pub mod range;
 pub mod reprojection;
+pub mod returns;
 pub mod sample;
+pub mod smrf;
+pub mod sort;
 pub mod splitter;
 pub mod stats;
+pub mod tail;
+pub mod text_reader;
 pub mod text_writer;

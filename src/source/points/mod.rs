@@ -39,6 +39,7 @@ use std::path::PathBuf;
 use super::expand::Kind;
 use crate::error::Result;
 pub use block::{Block, ScanPoint};
+pub(crate) use cloud::{PlyFile, Scalar, lines};
 pub use parcels::Parcels;
 pub use placement::{Placement, Unit, UpAxis};
 pub use problem::TileProblem;

@@ -6,8 +6,8 @@ use std::io::{self, BufRead};
 const LONGEST: usize = 1 << 16;
 
 /// What came of reading a line.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Line {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Line {
     /// One, without its end.
     Read,
     /// None: the file is over.
@@ -18,7 +18,7 @@ pub(super) enum Line {
 
 /// Reads lines and counts them.
 #[derive(Debug)]
-pub(super) struct Lines<R> {
+pub(crate) struct Lines<R> {
     input: R,
     bytes: Vec<u8>,
     /// The number of the line that was read last, from 1.
@@ -89,7 +89,7 @@ impl<R: BufRead> Lines<R> {
 const SHOWN: usize = 40;
 
 /// A text for messages: shortened, without control characters.
-pub(super) fn shown(text: &str) -> String {
+pub(crate) fn shown(text: &str) -> String {
     let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(SHOWN).collect();
     if text.chars().nth(SHOWN).is_some() { format!("`{plain}…`") } else { format!("`{plain}`") }
 }

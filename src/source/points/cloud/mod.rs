@@ -5,8 +5,9 @@
 //! crates that there are build the whole file in memory, and make room for as many points as a header claims. Here a file
 //! is read from its beginning to its end, once to see how much there is and where, and once for every use.
 
-mod lines;
+pub(crate) mod lines;
 mod ply;
+mod ply_file;
 mod ply_header;
 mod text;
 
@@ -17,7 +18,9 @@ use super::spill;
 use super::tile::Extent;
 use crate::error::{Error, InputError, Result};
 use crate::source::open;
+pub(crate) use ply_file::PlyFile;
 use ply_header::PlyHeader;
+pub(crate) use ply_header::Scalar;
 use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;

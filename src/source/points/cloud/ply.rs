@@ -5,14 +5,40 @@ use super::ply_header::{Element, Encoding, Meaning, PlyHeader, Property, Scalar}
 use super::{Visit, class_of};
 use crate::error::InputError;
 use std::io::{self, BufRead, Read, Seek, SeekFrom};
+use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Hands out the vertices. Gives what stood in the way, if not all could be read.
+/// Takes the numbers of a vertex that stand for themselves, in the order of its properties, until it has enough.
+pub(super) type VisitValues<'a> = dyn FnMut(&[f64]) -> ControlFlow<()> + 'a;
+
+/// Hands out the places and classes of the vertices. Gives what stood in the way, if not all could be read.
 pub(super) fn read(
     header: &PlyHeader,
     path: &Path,
-    mut file: impl BufRead + Seek,
+    file: impl BufRead + Seek,
     visit: &mut Visit,
+) -> Option<InputError> {
+    let meanings: Vec<Meaning> = header.vertex.singles().map(|property| property.meaning).collect();
+    read_values(header, path, file, &mut |values| {
+        let (mut position, mut class) = ([0.0; 3], 0);
+        for (meaning, value) in meanings.iter().zip(values) {
+            match *meaning {
+                Meaning::Axis(axis) => position[axis] = *value,
+                Meaning::Class => class = class_of(*value),
+                Meaning::Other => {}
+            }
+        }
+        visit(position, class)
+    })
+}
+
+/// Hands out the vertices, each as the numbers of its properties without the lists. Gives what stood in the way, if not all
+/// could be read.
+pub(super) fn read_values(
+    header: &PlyHeader,
+    path: &Path,
+    mut file: impl BufRead + Seek,
+    visit: &mut VisitValues,
 ) -> Option<InputError> {
     let fault = |place: String, found: String| {
         let fault = InputError::new(path, found, format!("{} vertices, as its header says", header.vertices()));
@@ -50,7 +76,8 @@ fn advance<R: BufRead>(lines: &mut Lines<R>) -> Result<(), String> {
     }
 }
 
-fn read_text<R: BufRead>(header: &PlyHeader, lines: &mut Lines<R>, visit: &mut Visit) -> Result<(), String> {
+fn read_text<R: BufRead>(header: &PlyHeader, lines: &mut Lines<R>, visit: &mut VisitValues) -> Result<(), String> {
+    let mut values = Vec::new();
     for element in &header.before {
         for _ in 0..element.count {
             advance(lines)?;
@@ -63,18 +90,18 @@ fn read_text<R: BufRead>(header: &PlyHeader, lines: &mut Lines<R>, visit: &mut V
         if !lines.is_ended && !may_end {
             return Err("the end of the file within a line".to_owned());
         }
-        let (position, class) = parse(&header.vertex, lines.text().ok_or_else(|| lines.shown())?)?;
-        if visit(position, class).is_break() {
+        parse(&header.vertex, lines.text().ok_or_else(|| lines.shown())?, &mut values)?;
+        if visit(&values).is_break() {
             break;
         }
     }
     Ok(())
 }
 
-/// A vertex from its line.
-fn parse(vertex: &Element, text: &str) -> Result<([f64; 3], u8), String> {
+/// The numbers of a vertex from its line.
+fn parse(vertex: &Element, text: &str, values: &mut Vec<f64>) -> Result<(), String> {
     let mut words = text.split_ascii_whitespace();
-    let (mut position, mut class) = ([0.0; 3], 0);
+    values.clear();
     for property in &vertex.properties {
         let mut number = || {
             let word = words.next().ok_or_else(|| format!("{}, which is too short", shown(text)))?;
@@ -88,29 +115,21 @@ fn parse(vertex: &Element, text: &str) -> Result<([f64; 3], u8), String> {
             }
             continue;
         }
-        match property.meaning {
-            Meaning::Axis(axis) => position[axis] = value,
-            Meaning::Class => class = class_of(value),
-            Meaning::Other => {}
-        }
+        values.push(value);
     }
-    Ok((position, class))
+    Ok(())
 }
 
 /// Reads vertices; the error comes with the number of the vertex.
-fn read_binary(header: &PlyHeader, mut file: impl BufRead, visit: &mut Visit) -> Result<(), (u64, io::Error)> {
+fn read_binary(header: &PlyHeader, mut file: impl BufRead, visit: &mut VisitValues) -> Result<(), (u64, io::Error)> {
     let mut of_list = [0; 8];
     for element in &header.before {
         skip_all(element, header.encoding, &mut file).map_err(|e| (0, e))?;
     }
     let mut record = vec![0; header.vertex.size().unwrap_or(0)];
+    let mut values = Vec::new();
     for index in 0..header.vertex.count {
-        let (mut position, mut class) = ([0.0; 3], 0);
-        let mut take = |property: &Property, bytes: &[u8]| match property.meaning {
-            Meaning::Axis(axis) => position[axis] = number(property.kind, header.encoding, bytes),
-            Meaning::Class => class = class_of(number(property.kind, header.encoding, bytes)),
-            Meaning::Other => {}
-        };
+        values.clear();
         if record.is_empty() {
             for property in &header.vertex.properties {
                 if property.list.is_some() {
@@ -118,19 +137,19 @@ fn read_binary(header: &PlyHeader, mut file: impl BufRead, visit: &mut Visit) ->
                 } else {
                     let bytes = &mut of_list[..property.kind.size()];
                     file.read_exact(bytes).map_err(|e| (index, e))?;
-                    take(property, bytes);
+                    values.push(number(property.kind, header.encoding, bytes));
                 }
             }
         } else {
             file.read_exact(&mut record).map_err(|e| (index, e))?;
-            let mut at = 0;
+            let mut rest = record.as_slice();
             for property in &header.vertex.properties {
-                let end = at + property.kind.size();
-                take(property, &record[at..end]);
-                at = end;
+                let (bytes, behind) = rest.split_at(property.kind.size());
+                values.push(number(property.kind, header.encoding, bytes));
+                rest = behind;
             }
         }
-        if visit(position, class).is_break() {
+        if visit(&values).is_break() {
             break;
         }
     }

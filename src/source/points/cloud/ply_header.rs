@@ -30,7 +30,7 @@ impl Encoding {
 
 /// The type of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,
@@ -86,6 +86,8 @@ pub(super) enum Meaning {
 /// A property of an element.
 #[derive(Debug, Clone)]
 pub(super) struct Property {
+    /// Its name.
+    pub name: String,
     /// The type of the number, or of those in the list.
     pub kind: Scalar,
     /// The type of the number of those in the list; `None` for a single number.
@@ -105,6 +107,11 @@ pub(super) struct Element {
 }
 
 impl Element {
+    /// The properties that are a number, not a list.
+    pub fn singles(&self) -> impl Iterator<Item = &Property> {
+        self.properties.iter().filter(|property| property.list.is_none())
+    }
+
     /// Bytes of one of them; `None` when it has lists.
     pub fn size(&self) -> Option<usize> {
         self.properties.iter().map(|p| p.list.is_none().then(|| p.kind.size())).sum()
@@ -225,12 +232,12 @@ const PROPERTY: &str =
 fn parse_property(words: &[&str]) -> Result<Property, String> {
     let kind = |name: &str| Scalar::named(name).ok_or_else(|| shown(name));
     match *words {
-        ["list", count, of, _] => {
+        ["list", count, of, name] => {
             let count = kind(count)?;
             if matches!(count, Scalar::F32 | Scalar::F64) {
                 return Err("a list whose length is no whole number".to_owned());
             }
-            Ok(Property { kind: kind(of)?, list: Some(count), meaning: Meaning::Other })
+            Ok(Property { name: name.to_owned(), kind: kind(of)?, list: Some(count), meaning: Meaning::Other })
         }
         [of, name] => {
             let meaning = match name {
@@ -240,7 +247,7 @@ fn parse_property(words: &[&str]) -> Result<Property, String> {
                 name if is_class(name) => Meaning::Class,
                 _ => Meaning::Other,
             };
-            Ok(Property { kind: kind(of)?, list: None, meaning })
+            Ok(Property { name: name.to_owned(), kind: kind(of)?, list: None, meaning })
         }
         _ => Err(shown(&words.join(" "))),
     }

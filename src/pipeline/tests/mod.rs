@@ -1,5 +1,9 @@
 //! Whole pipelines on small clouds whose results follow by hand.
 
+mod clouds;
+mod ground;
+mod selection;
+
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
