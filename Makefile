@@ -2,6 +2,7 @@
 # make test         run all tests
 # make load-test    damaged, endless and many inputs, kills and large halls: no breach (two minutes)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
+# make python       the Python package: a wheel in out/wheels, tested in an environment of its own
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
 # All install what they need first. See README.md.
 
@@ -10,7 +11,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test load-test platforms loop setup lint dependencies doc bench plots picture page header
+.PHONY: quickstart test load-test platforms python loop setup lint dependencies doc bench plots picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -36,12 +37,17 @@ load-test: setup
 platforms: setup
 	bash scripts/test-platforms.sh
 
+# Says that it was skipped, and why, where there is no Python 3.10 or no package index.
+python: setup
+	bash scripts/test-python.sh
+
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup
 	sh training/loop.sh
 
 lint: setup
 	cargo fmt --check
+	cargo fmt --check --manifest-path python/Cargo.toml
 	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
 
