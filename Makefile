@@ -11,7 +11,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test load-test platforms python loop setup lint dependencies doc bench plots picture page header
+.PHONY: quickstart test load-test platforms python lock loop setup lint dependencies doc bench plots picture page header
 
 quickstart: setup
 	cargo build --release --locked
@@ -40,6 +40,11 @@ platforms: setup
 # Says that it was skipped, and why, where there is no Python 3.10 or no package index.
 python: setup
 	bash scripts/test-python.sh
+
+# After a change of dependencies: the lock file of the Python package follows that of gable, so that both are made of the same.
+lock:
+	cp Cargo.lock python/Cargo.lock
+	cargo metadata --format-version 1 --manifest-path python/Cargo.toml >/dev/null
 
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup

@@ -24,6 +24,11 @@ AnyModel = str | os.PathLike[str] | Model
 #: Files, folders and glob patterns.
 Tiles = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
+#: A file of a model, or the model.
+AnyModel = str | os.PathLike[str] | Model
+#: Files, folders and glob patterns.
+Tiles = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+
 
 def reconstruct(
     points: Any,

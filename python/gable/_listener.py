@@ -15,6 +15,8 @@ from .errors import GableWarning
 Callback = Callable[[str, int, int], object]
 #: A bar or none, a function, or by default a bar where tqdm is installed and somebody looks.
 Progress = bool | Callback | None
+#: A bar or none, a function, or by default a bar where tqdm is installed and somebody looks.
+Progress = bool | Callback | None
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 

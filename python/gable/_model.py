@@ -19,8 +19,13 @@ from ._scratch import Scratch
 if TYPE_CHECKING:
     import geopandas
 
+if TYPE_CHECKING:
+    import geopandas
+
 #: Extensions whose files are CityJSON.
 _CITYJSON = (".json", ".jsonl")
+#: Levels of detail: one, a text with commas, or several.
+Lods = str | float | Iterable[str | float] | None
 #: Levels of detail: one, a text with commas, or several.
 Lods = str | float | Iterable[str | float] | None
 

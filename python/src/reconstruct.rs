@@ -1,6 +1,6 @@
 //! A run of `gable reconstruct`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gable::cli::{options, summary};
 use gable::error::{Error, InputError, Result};
@@ -35,20 +35,24 @@ pub fn reconstruct(
     job.fed = feed.map(|feed| feed.finish(crs.as_deref())).transpose().map_err(raise)?;
     job.crs = crs;
     job.refuse_contradictions().map_err(|error| raise(error.into()))?;
-    let (model, report) = supervised(listener, |teller| run(&job, scratch.join("model.city.json"), teller))?;
+    let (model, report) = supervised(listener, |teller| run(&job, &scratch, teller))?;
     let json = serde_json::to_string(&report).map_err(|e| raise(Error::io("the report", "write", e.into())))?;
     Ok((model, json, summary::summary(&report)))
 }
 
-fn run(job: &Job, own: PathBuf, teller: &Teller<'_>) -> Result<(PathBuf, Report)> {
+fn run(job: &Job, scratch: &Path, teller: &Teller<'_>) -> Result<(PathBuf, Report)> {
     let has_output = !job.output.as_os_str().is_empty();
     // A name without an extension is that of a folder, which gets CityJSON.
     let format = Format::of(&job.output).unwrap_or(Format::CityJson);
     if has_output && matches!(format, Format::CityJson | Format::CityJsonSeq) {
         let report = run::run(job, teller)?;
-        return Ok((report.outputs.first().map_or(own, PathBuf::from), report));
+        return Ok((report.outputs.first().map(PathBuf::from).unwrap_or_default(), report));
     }
-    let report =
-        run::run_into(job, teller, |metadata| -> Result<Box<dyn Sink>> { sink::create(&own, metadata.clone(), true) })?;
+    let mut own = PathBuf::new();
+    let report = run::run_into(job, teller, |metadata| -> Result<Box<dyn Sink>> {
+        // The page of the model names the file.
+        own = scratch.join(format!("{}.city.json", metadata.title.replace(['/', '\\'], "_")));
+        sink::create(&own, metadata.clone(), true)
+    })?;
     Ok((own, report))
 }
