@@ -3,6 +3,7 @@
 # make load-test    damaged, endless and many inputs, kills and large halls: no breach (two minutes)
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
+# make python       the Python package: a wheel in out/wheels, tested in an environment of its own
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
 # make site         the documentation, in out/site
 # make release      the archive of a release, with checksums, in out/release
@@ -13,7 +14,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test postgis load-test platforms loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test postgis load-test platforms python lock loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -43,12 +44,22 @@ postgis: setup
 platforms: setup
 	bash scripts/test-platforms.sh
 
+# Says that it was skipped, and why, where there is no Python 3.10 or no package index.
+python: setup
+	bash scripts/test-python.sh
+
+# After a change of dependencies: the lock file of the Python package follows that of gable, so that both are made of the same.
+lock:
+	cp Cargo.lock python/Cargo.lock
+	cargo metadata --format-version 1 --manifest-path python/Cargo.toml >/dev/null
+
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup
 	sh training/loop.sh
 
 lint: setup
 	cargo fmt --check
+	cargo fmt --check --manifest-path python/Cargo.toml
 	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
 

@@ -70,15 +70,8 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
     let mut preset = given.try_get_one::<Preset>("preset").ok().flatten().copied();
     if let Ok(Some(path)) = given.try_get_one::<PathBuf>("config") {
         configured = read(path)?;
-        if let Some(name) = configured.remove("preset") {
-            let named = name.as_str().and_then(|name| Preset::from_str(name, false).ok());
-            let named = named.ok_or_else(|| {
-                let names: Vec<_> = Preset::value_variants().iter().filter_map(Preset::to_possible_value).collect();
-                let names: Vec<&str> = names.iter().map(clap::builder::PossibleValue::get_name).collect();
-                InputError::new(path, name.to_string(), format!("one of {}", names.join(", "))).at("\"preset\"")
-            })?;
-            preset = preset.or(Some(named));
-        }
+        let named = take_preset(&mut configured).map_err(|fault| InputError { file: path.clone(), ..fault })?;
+        preset = preset.or(named);
     }
     let mut options = preset.map(Preset::options).unwrap_or_default();
     options.extend(configured);
@@ -92,7 +85,9 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
         if name == "tiles" {
             tiles = options::texts(&name, &value).map_err(fault)?;
         } else if !is_given(&given, &name) {
-            others.extend(options::word(&grammar, &name, &value).map_err(fault)?.map(OsString::from));
+            others.extend(
+                options::word(&options::RECONSTRUCT, &grammar, &name, &value).map_err(fault)?.map(OsString::from),
+            );
         }
     }
     if is_given(&given, "tiles") {
@@ -100,6 +95,27 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
     }
     words.splice(2..2, others.into_iter().chain(tiles.into_iter().map(OsString::from)));
     Ok(words)
+}
+
+/// The options with those that a preset among them stands for; what is given goes before it.
+///
+/// # Errors
+/// There is no such preset.
+pub(super) fn with_preset(mut options: Map<String, Value>) -> Result<Map<String, Value>, InputError> {
+    let mut all = take_preset(&mut options)?.map(Preset::options).unwrap_or_default();
+    all.extend(options);
+    Ok(all)
+}
+
+/// Takes the preset out of some options.
+fn take_preset(options: &mut Map<String, Value>) -> Result<Option<Preset>, InputError> {
+    let Some(name) = options.shift_remove("preset").filter(|name| !name.is_null()) else { return Ok(None) };
+    let named = name.as_str().and_then(|name| Preset::from_str(name, false).ok());
+    named.map(Some).ok_or_else(|| {
+        let names: Vec<_> = Preset::value_variants().iter().filter_map(Preset::to_possible_value).collect();
+        let names: Vec<&str> = names.iter().map(clap::builder::PossibleValue::get_name).collect();
+        InputError::new(options::NAME, name.to_string(), format!("one of {}", names.join(", "))).at("\"preset\"")
+    })
 }
 
 /// Whether an option is on the command line; unknown ones are not.

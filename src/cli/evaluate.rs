@@ -105,15 +105,11 @@ pub fn main(args: &Args) -> Outcome {
         let found = format!("{} models", args.models.len());
         return Err(InputError::new("MODEL", found, "one; several only with --field").into());
     };
-    let model = read_shapes(path, &args.lod, None)?;
-    let measured = if args.points.is_empty() { None } else { Some(measure(path, &model, args)?) };
-    let (points, completeness) = measured.unzip();
-    let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
-    let mut evaluation =
-        Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
-    if let Some(found) = completeness {
-        evaluation = evaluation.with_completeness(found);
-    }
+    let evaluation = evaluation(path, args, &mut |heard| {
+        if let Heard::Warning(text) = heard {
+            say(&format!("warning: {text}"));
+        }
+    })?;
     if let Some(path) = &args.json {
         write_json(path, &evaluation)?;
     }
@@ -121,10 +117,44 @@ pub fn main(args: &Args) -> Outcome {
     Ok(0)
 }
 
+/// Something to be told while a model is measured.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub enum Heard<'a> {
+    /// Something that the user should know and that stops nothing.
+    Warning(&'a str),
+    /// So many more points of the tiles have been held against the model.
+    Points(usize),
+}
+
+impl Args {
+    /// Compares with the points of these tiles instead.
+    pub(super) fn compare_with(&mut self, tiles: &[String]) {
+        self.points = tiles.to_vec();
+    }
+}
+
+/// Measures a model as `args` say.
+///
+/// # Errors
+/// A file cannot be read, or the model, the tiles and the reference are not in one CRS.
+pub(super) fn evaluation(path: &Path, args: &Args, heard: &mut dyn FnMut(Heard<'_>)) -> Result<Evaluation> {
+    let model = read_shapes(path, &args.lod, None)?;
+    let measured = if args.points.is_empty() { None } else { Some(measure(path, &model, args, heard)?) };
+    let (points, completeness) = measured.unzip();
+    let reference = args.reference.as_deref().map(|path| read_reference(path, &model, args)).transpose()?;
+    let evaluation =
+        Evaluation::new(&model.shapes, Some(&model.faults()), points, reference.as_ref().map(|r| r.shapes.as_slice()));
+    Ok(match completeness {
+        Some(found) => evaluation.with_completeness(found),
+        None => evaluation,
+    })
+}
+
 /// What the points say of a model: how well they agree with it, and what of it is missing or too much.
 type Measured = ((Agreement, Vec<Agreement>), (completeness::Counts, Vec<Option<BuildingCompleteness>>));
 
-fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<Measured> {
+fn measure(path: &Path, model: &ModelFile, args: &Args, heard: &mut dyn FnMut(Heard<'_>)) -> Result<Measured> {
     let tiles = points::expand(&args.points)?;
     let mut meter = PointMeter::new(&model.shapes);
     let mut judge = CompletenessMeter::new(&model.shapes, Arc::clone(meter.outlines()), args.limits.0);
@@ -132,6 +162,7 @@ fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<Measured> {
     let classes = [args.building_class.as_slice(), &args.ground_class].concat();
     let filter = TileFilter { classes: &classes, frame: model.frame, crs: model.crs.as_ref() };
     let problems = stream_points(&tiles, filter, &boxes, &mut |points| {
+        heard(Heard::Points(points.len()));
         let of = |classes: &[u8]| -> Vec<Point3<f64>> {
             points.iter().filter(|(_, class)| classes.contains(class)).map(|(point, _)| *point).collect()
         };
@@ -141,17 +172,17 @@ fn measure(path: &Path, model: &ModelFile, args: &Args) -> Result<Measured> {
         judge.add_ground(&of(&args.ground_class));
     })?;
     for problem in problems {
-        say(&format!("warning: {problem}"));
+        heard(Heard::Warning(&problem.to_string()));
     }
     let found = (meter.finish(), judge.finish(&model.frame));
     if found.0.0.points == 0 {
         let classes: Vec<String> = args.building_class.iter().map(u8::to_string).collect();
-        say(&format!(
-            "warning: no point of class {} lies on a building of {}: is --building-class right, and are model and tiles \
-             in the same CRS?",
+        heard(Heard::Warning(&format!(
+            "no point of class {} lies on a building of {}: is --building-class right, and are model and tiles in the \
+             same CRS?",
             classes.join(" or "),
             path.display()
-        ));
+        )));
     }
     Ok(found)
 }

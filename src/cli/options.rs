@@ -1,60 +1,89 @@
-//! The options of `gable reconstruct` as JSON, for callers that have no command line.
+//! The options of `gable reconstruct`, `validate` and `evaluate` as JSON, for callers that have no command line.
+
+use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue};
-use clap::{ArgAction, Args as _, Command, FromArgMatches};
+use clap::{ArgAction, Args, Command, FromArgMatches};
 use serde_json::{Map, Value};
 
-use super::reconstruct::Args;
-use crate::error::InputError;
+use super::{config, evaluate, reconstruct, validate};
+use crate::audit;
+use crate::error::{InputError, Result};
+use crate::evaluate::Evaluation;
 use crate::run::Job;
 
+pub use super::evaluate::Heard;
+
 /// How messages call the options.
-const NAME: &str = "options";
-/// Options that mean something on a command line only.
-const COMMAND_LINE_ONLY: &[&str] = &["quiet", "verbose", "view", "config"];
+pub(super) const NAME: &str = "options";
 /// How alike a name must be to be proposed for one that is unknown (Jaro-Winkler, 0 to 1).
 const ALIKE: f64 = 0.75;
+
+/// A command whose options have names.
+pub(super) struct Grammar {
+    name: &'static str,
+    /// Options that are passed in another way, or mean something on a command line only.
+    others: &'static [&'static str],
+    /// What the command takes beside its options; `""` where that is passed in another way.
+    arguments: &'static str,
+}
+
+pub(super) const RECONSTRUCT: Grammar =
+    Grammar { name: "reconstruct", others: &["quiet", "verbose", "view", "config"], arguments: "tiles" };
+const VALIDATE: Grammar = Grammar { name: "validate", others: &["strict", "list", "json"], arguments: "" };
+const EVALUATE: Grammar = Grammar {
+    name: "evaluate",
+    // What is tried on scans needs no model, and is no measurement of one.
+    others: &[
+        "points",
+        "json",
+        "field",
+        "generate",
+        "limit",
+        "columns",
+        "seed",
+        "jobs",
+        "model",
+        "onnxruntime",
+        "hold-out",
+        "density",
+        "footprints",
+        "crs",
+        "footprint-crs",
+    ],
+    arguments: "",
+};
 
 /// The job that `text` describes: a JSON object whose members have the names of the options of `gable reconstruct`, without
 /// dashes in front; `tiles` are its arguments. Flags are true or false, lists are arrays or text with commas, null is the
 /// default. Unlike on the command line, nothing is required: without footprints there are none, and without an output
 /// [`Job::output`] is empty.
 ///
+/// ```
+/// let job = gable::cli::options::job(r#"{"tiles": "a.laz", "building-class": [1, 6], "jobs": 2}"#)?;
+/// assert_eq!((job.tiles, job.threads.map(usize::from)), (vec!["a.laz".to_owned()], Some(2)));
+/// let fault = gable::cli::options::job(r#"{"bilding-class": 6}"#).unwrap_err();
+/// assert!(fault.to_string().ends_with("Did you mean \"building-class\"?"));
+/// # Ok::<(), gable::error::InputError>(())
+/// ```
+///
 /// # Errors
 /// It is no JSON object; an option that does not exist, with the nearest one that does; or a value that an option does
 /// not take.
-pub(crate) fn job(text: &str) -> Result<Job, InputError> {
-    let options: Map<String, Value> = if text.trim().is_empty() {
-        Map::new()
-    } else {
-        serde_json::from_str(text).map_err(|e| {
-            InputError::new(NAME, "no JSON object", "an object such as {\"building-class\": \"6\"}")
-                .at(format!("line {}, column {}", e.line(), e.column()))
-                .remedy(e.to_string())
-        })?
-    };
-    let command = Args::augment_args(Command::new("gable").no_binary_name(true));
-    let mut words = Vec::new();
-    let mut tiles = Vec::new();
-    for (name, value) in &options {
-        if name == "tiles" {
-            tiles = texts(name, value)?;
-        } else {
-            words.extend(word(&command, name, value)?);
-        }
-    }
+pub fn job(text: &str) -> Result<Job, InputError> {
+    let mut options = config::with_preset(object(text)?)?;
+    let tiles = options.shift_remove("tiles").map(|tiles| texts("tiles", &tiles)).transpose()?.unwrap_or_default();
     let is_given = |name: &str| options.get(name).is_some_and(|value| !value.is_null());
+    let mut words = Vec::new();
     if !is_given("footprints") && !is_given("no-footprint") {
-        words.push("--no-footprint".to_owned());
+        words.push("--no-footprint");
     }
     // What the command line requires and a caller need not give.
     if !is_given("output") {
-        words.push("--output=none.city.json".to_owned());
+        words.push("--output=none.city.json");
     }
-    words.push("--".to_owned());
-    words.push("tiles".to_owned());
-    let args = command.try_get_matches_from(words).and_then(|matches| Args::from_arg_matches(&matches));
-    let mut job = args.map_err(|fault| explain(&fault))?.into_job()?;
+    words.extend(["--", "tiles"]);
+    let mut job = parse::<reconstruct::Args>(&RECONSTRUCT, &options, &words)?.into_job()?;
     job.tiles = tiles;
     job.command = Vec::new();
     if !is_given("output") {
@@ -63,19 +92,70 @@ pub(crate) fn job(text: &str) -> Result<Job, InputError> {
     Ok(job)
 }
 
+/// How a file is to be checked: a JSON object with the options of `gable validate`, as in [`job`].
+///
+/// # Errors
+/// As [`job`].
+pub fn validation(text: &str) -> Result<audit::Options> {
+    validate::options(&parse(&VALIDATE, &object(text)?, &["--", "model"])?)
+}
+
+/// Measures a model, as `gable evaluate` does: `points` are tiles, folders and glob patterns whose points it is compared with,
+/// `text` is a JSON object with the other options of that command, as in [`job`].
+///
+/// # Errors
+/// As [`job`]; a file cannot be read, or the model, the tiles and the reference are not in one CRS.
+pub fn evaluation(model: &Path, points: &[String], text: &str, heard: &mut dyn FnMut(Heard<'_>)) -> Result<Evaluation> {
+    let mut args: evaluate::Args = parse(&EVALUATE, &object(text)?, &["--", "model"])?;
+    args.compare_with(points);
+    evaluate::evaluation(model, &args, heard)
+}
+
+/// The members of a JSON object.
+fn object(text: &str) -> Result<Map<String, Value>, InputError> {
+    if text.trim().is_empty() {
+        return Ok(Map::new());
+    }
+    serde_json::from_str(text).map_err(|e| {
+        InputError::new(NAME, "no JSON object", "an object such as {\"building-class\": \"6\"}")
+            .at(format!("line {}, column {}", e.line(), e.column()))
+            .remedy(e.to_string())
+    })
+}
+
+/// What a command makes of its options and of some words behind them.
+fn parse<A: Args + FromArgMatches>(
+    grammar: &Grammar,
+    options: &Map<String, Value>,
+    others: &[&str],
+) -> Result<A, InputError> {
+    let command = A::augment_args(Command::new("gable").no_binary_name(true));
+    let words = options.iter().map(|(name, value)| word(grammar, &command, name, value));
+    let mut words: Vec<String> = words.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    words.extend(others.iter().map(|&word| word.to_owned()));
+    let args = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));
+    args.map_err(|fault| explain(grammar, &fault))
+}
+
 /// An option as the command line has it; `None` for one that is left at its default.
-pub(super) fn word(command: &Command, name: &str, value: &Value) -> Result<Option<String>, InputError> {
+pub(super) fn word(
+    grammar: &Grammar,
+    command: &Command,
+    name: &str,
+    value: &Value,
+) -> Result<Option<String>, InputError> {
     let fault = |found: String, expected: &str| InputError::new(NAME, found, expected).at(format!("\"{name}\""));
     let known = || {
         let options = command.get_arguments().filter_map(clap::Arg::get_long);
-        options.filter(|option| !COMMAND_LINE_ONLY.contains(option)).chain(["tiles"])
+        let arguments = Some(grammar.arguments).filter(|name| !name.is_empty());
+        options.filter(|option| !grammar.others.contains(option)).chain(arguments)
     };
-    if name == "crs" {
+    if name == "crs" && grammar.name == RECONSTRUCT.name {
         let fault = fault("a CRS among the options".to_owned(), "it beside them");
         return Err(fault.remedy("The CRS of the points has an argument of its own"));
     }
     let argument = command.get_arguments().find(|argument| argument.get_long() == Some(name));
-    let Some(argument) = argument.filter(|_| !COMMAND_LINE_ONLY.contains(&name)) else {
+    let Some(argument) = argument.filter(|_| !grammar.others.contains(&name)) else {
         let plain = name.trim_start_matches('-').replace('_', "-");
         let likeness = |option: &str| strsim::jaro_winkler(&plain, option);
         let nearest = known().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
@@ -83,7 +163,7 @@ pub(super) fn word(command: &Command, name: &str, value: &Value) -> Result<Optio
             Some(option) => format!("Did you mean \"{option}\"?"),
             None => format!("There are {}", known().collect::<Vec<_>>().join(", ")),
         };
-        return Err(fault("an unknown option".to_owned(), "one of `gable reconstruct`").remedy(remedy));
+        return Err(fault("an unknown option".to_owned(), &format!("one of `gable {}`", grammar.name)).remedy(remedy));
     };
     if matches!(argument.get_action(), ArgAction::SetTrue) {
         return match value {
@@ -113,7 +193,7 @@ pub(super) fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError
 }
 
 /// What the command line says of an option, without its words on usage.
-fn explain(fault: &clap::Error) -> InputError {
+fn explain(grammar: &Grammar, fault: &clap::Error) -> InputError {
     let text = |kind| match fault.get(kind) {
         Some(ContextValue::String(text)) => Some(text.clone()),
         Some(ContextValue::Strings(texts)) => Some(texts.join(", ")),
@@ -127,7 +207,7 @@ fn explain(fault: &clap::Error) -> InputError {
     let expected = match (reason, text(ContextKind::ValidValue)) {
         (Some(reason), _) => reason,
         (None, Some(values)) => format!("one of {values}"),
-        (None, None) => "what `gable reconstruct --help` says".to_owned(),
+        (None, None) => format!("what `gable {} --help` says", grammar.name),
     };
     let found = text(ContextKind::InvalidValue).filter(|_| !name.is_empty()).unwrap_or(said);
     InputError::new(NAME, found, expected).at(format!("\"{name}\""))
@@ -135,7 +215,7 @@ fn explain(fault: &clap::Error) -> InputError {
 
 #[cfg(test)]
 mod tests {
-    use super::job;
+    use super::{job, validation};
     use crate::network::Field;
     use crate::segment::BuildingClasses;
 
@@ -181,5 +261,15 @@ mod tests {
                 assert!(message.contains(part), "{options}: {message}");
             }
         }
+    }
+
+    #[test]
+    fn other_commands_have_options_of_their_own() {
+        let options = validation(r#"{"planarity": 0.01, "no-rounding": true, "no-schema": true}"#).unwrap();
+        assert_eq!((options.tolerances.planarity, options.tolerances.rounding, options.schema), (0.01, false, false));
+        let message = validation(r#"{"planarty": 0.01}"#).unwrap_err().to_string();
+        assert!(message.contains("one of `gable validate`. Did you mean \"planarity\"?"), "{message}");
+        assert!(validation(r#"{"json": "report.json"}"#).unwrap_err().to_string().contains("unknown option"));
+        assert!(validation(r#"{"snap": 7}"#).unwrap_err().to_string().contains("a number from 0 to 1"));
     }
 }

@@ -120,7 +120,11 @@ pub fn main(args: &Args) -> Outcome {
     Ok(if reports.iter().any(|report| !invalid(report, args.strict).is_empty()) { INVALID } else { 0 })
 }
 
-fn options(args: &Args) -> Result<Options> {
+/// How the files are to be checked.
+///
+/// # Errors
+/// A tolerance is no length or angle.
+pub(super) fn options(args: &Args) -> Result<Options> {
     let given = [
         ("--snap", args.snap, 1.0),
         ("--planarity", args.planarity, 1.0),

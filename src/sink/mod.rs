@@ -41,7 +41,7 @@ pub use encoder::{Encoder, Ids};
 pub use feature::{Feature, Split};
 pub use header::{Metadata, PointCloud, reference_system};
 pub(crate) use output::temporary;
-pub use output::{write_json, write_whole};
+pub use output::{copy_whole, write_json, write_whole};
 pub use sequence::Sequence;
 pub use stream::{is_standard_output, is_stream, stream};
 

@@ -123,6 +123,17 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     output.commit(&[]).map(drop)
 }
 
+/// Copies a file in the same way.
+///
+/// # Errors
+/// As [`write_whole`], or the file cannot be read.
+pub fn copy_whole(from: &Path, to: &Path) -> Result<()> {
+    let mut source = File::open(from).map_err(|e| Error::io(from, "open", e))?;
+    let mut output = Output::create(to, true, None)?;
+    io::copy(&mut source, &mut output.file).map_err(|e| output.fault("write", e))?;
+    output.commit(&[]).map(drop)
+}
+
 /// Writes a value as indented JSON in the same way, without ever holding the text in memory.
 ///
 /// # Errors
