@@ -1,4 +1,4 @@
-use geo::{Contains, Distance, polygon};
+use geo::{Contains, Distance, Validation, polygon};
 use proptest::prelude::*;
 
 use super::*;
