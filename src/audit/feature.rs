@@ -21,6 +21,8 @@ pub(super) struct Primitive<'a> {
     /// Its solids, each its shells; the faces of a surface are one shell.
     pub solids: Vec<Vec<Solid>>,
     pub valid: bool,
+    /// Whether its solids have an inside that can be held against that of others.
+    pub has_inside: bool,
 }
 
 /// Checks a top-level object with its children.
@@ -55,8 +57,8 @@ pub(super) fn check(
             if options.first_level {
                 keep_first_level(&mut errors, before);
             }
-            let valid = errors.len() == before;
-            primitives.push(Primitive { object, geometry, id, solids, valid });
+            let (valid, has_inside) = (errors.len() == before, have_inside(&errors[before..], options));
+            primitives.push(Primitive { object, geometry, id, solids, valid, has_inside });
         }
     }
     errors.extend(overlaps(&primitives, &grid, options));
@@ -70,6 +72,12 @@ pub(super) fn check(
         semantic_errors,
         primitives: primitives.iter().map(|p| (name(&p.geometry.kind), p.valid)).chain(instances).collect(),
     }
+}
+
+/// Whether solids with these faults still have an inside: faces a little off their planes close it as flat ones do. Where only
+/// the first level is asked for, the next one waits for a sound one, as in val3dity.
+fn have_inside(faults: &[Finding], options: &Options) -> bool {
+    faults.iter().all(|fault| matches!(fault.code, 203 | 204) && !options.first_level)
 }
 
 /// Of the findings from `start` on, those of the lowest level. What cannot be read (9xx) belongs to none and stays.
@@ -142,11 +150,11 @@ pub(super) fn geometry_faults(
             shells.push(shell);
         }
         let shells: Vec<Solid> = shells.into_iter().map(|shell: Shell| shell.solid).collect();
-        if errors.len() == before && shells.len() > 1 {
+        if have_inside(&errors[before..], options) && shells.len() > 1 {
             let found = solid::check_voids(&shells);
             errors.extend(found.iter().map(|f| finding(&f.fault, &format!("{place}|shell={}", f.shell), &[])));
         }
-        sound &= errors.len() == before;
+        sound &= have_inside(&errors[before..], options);
         solids.push(shells);
     }
     if sound && geometry.kind == GeometryKind::CompositeSolid {
@@ -210,9 +218,9 @@ pub(super) fn label(geometry: &Geometry, face: &Face) -> Label {
     }
 }
 
-/// 601: valid solids of one level of detail that overlap though they belong to different objects of a building.
+/// 601: solids of one level of detail that overlap though they belong to different objects of a building.
 fn overlaps(primitives: &[Primitive], grid: &Grid, options: &Options) -> Vec<Finding> {
-    let solid = |p: &&Primitive| p.valid && is_building(p.object) && p.geometry.kind == GeometryKind::Solid;
+    let solid = |p: &&Primitive| p.has_inside && is_building(p.object) && p.geometry.kind == GeometryKind::Solid;
     let solids: Vec<&Primitive> = primitives.iter().filter(solid).collect();
     let mut found = Vec::new();
     for (j, later) in solids.iter().enumerate() {
