@@ -48,6 +48,7 @@ fn main() {
             support: &support,
             fixed: &fixed,
             height_field: false,
+            noise: 0.0,
         };
         let start = Instant::now();
         let inside = label(&complex, &evidence, &LabellingParameters::default());

@@ -13,7 +13,8 @@ pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, para
     let height_field = height_field || !hypotheses.shows_overhang;
     let areas = complex.facet_areas();
     let support = facet_support(complex, hypotheses, fixed);
-    let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field };
+    let noise = hypotheses.noise;
+    let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field, noise };
     labelling::label(complex, &evidence, &parameters.labelling)
 }
 

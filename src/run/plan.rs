@@ -21,6 +21,7 @@ use crate::source::classes::class_name;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected, Within};
 use crate::source::points::{self, Extent, Tile, TileProblem};
+use crate::source::raster;
 
 /// What there is and where the result goes.
 pub(super) struct Plan {
@@ -72,8 +73,9 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             return Err(fault.remedy("Give another name with --report").into());
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
-        let terrain = job.segmentation.dtm.as_deref();
-        output::spare_inputs(&outputs, paths.iter().map(PathBuf::as_path).chain(footprint_path).chain(terrain))?;
+        let terrain = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
+        let inputs = paths.iter().chain(&terrain).map(PathBuf::as_path).chain(footprint_path);
+        output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
                 Format::of(model)?;

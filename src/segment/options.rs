@@ -129,8 +129,9 @@ pub struct SegmentOptions {
     /// Attribute of the footprints that holds the height of the floor, in the vertical unit of the CRS of the points; it goes
     /// before a terrain model and the points. Where it holds no number the floor comes from these, with a note.
     pub ground_attribute: Option<String>,
-    /// Terrain model from which the height of the ground is taken: a GeoTIFF in any CRS, its heights in the vertical system
-    /// of the points. It goes before the points; where it has no height they are asked.
+    /// Terrain model from which the height of the ground is taken: a GeoTIFF, a folder of such or a glob pattern, in any
+    /// CRS, their heights in the vertical system of the points; where sheets lie over each other the finest that has a
+    /// height counts. It goes before the points; where it has no height they are asked.
     pub dtm: Option<PathBuf>,
     /// With `any`: points lower than this above the ground are not building points, metres.
     pub least_height: f64,

@@ -15,11 +15,13 @@ pub enum Setup {
     NoBottom,
     /// In aircraft that fly straight strips.
     Airborne,
+    /// In aircraft, with cameras that look down and obliquely; pictures are matched.
+    Photographs,
 }
 
 impl Setup {
     /// All, in the order of the numbers that shards have for them.
-    pub const ALL: [Self; 3] = [Self::FullView, Self::NoBottom, Self::Airborne];
+    pub const ALL: [Self; 4] = [Self::FullView, Self::NoBottom, Self::Airborne, Self::Photographs];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -27,6 +29,7 @@ impl Setup {
             Self::FullView => "full-view",
             Self::NoBottom => "no-bottom",
             Self::Airborne => "airborne",
+            Self::Photographs => "photographs",
         }
     }
 }
@@ -41,6 +44,8 @@ pub enum SetupChoice {
     NoBottom,
     /// Flight strips.
     Airborne,
+    /// Image matching of vertical and oblique pictures.
+    Photographs,
     /// 8 scans of 10 airborne, one full-view, one no-bottom.
     Mixed,
 }
@@ -73,6 +78,14 @@ pub struct ScanOptions {
     /// Standard deviation of the position of a strip along x and y.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub strip_shift: f64,
+    /// Photographs: standard deviation of the waves of a matched surface, along the line of sight.
+    pub ripples: Span,
+    /// Photographs: length of these waves.
+    pub ripple_length: Span,
+    /// Photographs: share of the points that is missing where there is no texture.
+    pub texture_missing: Span,
+    /// Photographs: height above ground below which walls are hidden more and more.
+    pub blind_height: Span,
     /// Chance that the buildings around are there (never full-view).
     #[schemars(range(min = 0.0, max = 1.0))]
     pub neighbours: f64,
@@ -134,6 +147,10 @@ impl ScanOptions {
             altitude: Span::new(300.0, 1500.0),
             strip_height: 0.03,
             strip_shift: 0.05,
+            ripples: Span::new(0.0, 0.1),
+            ripple_length: Span::new(1.0, 4.0),
+            texture_missing: Span::new(0.0, 0.9),
+            blind_height: Span::new(0.0, 3.0),
             neighbours: 0.8,
             tree_chance: 0.35,
             trees: Span::new(1.0, 3.0),
@@ -171,6 +188,10 @@ impl ScanOptions {
             altitude: Span::fixed(800.0),
             strip_height: 0.0,
             strip_shift: 0.0,
+            ripples: none,
+            ripple_length: Span::fixed(2.0),
+            texture_missing: none,
+            blind_height: none,
             neighbours: 1.0,
             tree_chance: 0.0,
             trees: Span::fixed(1.0),

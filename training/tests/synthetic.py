@@ -11,7 +11,7 @@ from occupancy.interface import EXTENT
 RASTER = ("hit", "highest", "mean", "footprint_flag", "footprint_distance")
 PLACE = ("x", "y", "z", "height", "ln_scale", "ln_radius", "footprint_flag", "footprint_coarse")
 PATCH = ("offset_x", "offset_y", "offset_z", "distance", "plane_distance", "plane_upward", "on_plane")
-SETUPS = ("full-view", "no-bottom", "airborne", "real")
+SETUPS = ("full-view", "no-bottom", "airborne", "photographs", "real")
 
 
 class Gable:

@@ -84,7 +84,7 @@ class KnownTest(unittest.TestCase):
             "cell_volume": np.array([[2.0, 2.0]]),
             "cell_vote": np.array([[1.0, 0.0]]),
             "scale": np.array([10.0]),
-            "setup": np.array([3]),
+            "setup": np.array([synthetic.SETUPS.index("real")]),
             "noise": np.array([np.nan]),
             "density": np.array([3.0]),
         }

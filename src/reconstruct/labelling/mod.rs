@@ -22,6 +22,9 @@ const UNDERCUT: f64 = 4.0;
 /// plane that goes on into the inside is none.
 const LEVEL: f64 = 0.95;
 
+/// Detail that is narrower than so many standard deviations of the noise was made by it.
+const NARROWEST: f64 = 3.0;
+
 /// How the two terms of the energy are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -42,7 +45,8 @@ pub struct LabellingParameters {
     /// How the two terms of the energy are weighted.
     pub energy: Energy,
     /// λ, the weight of the smoothness term, without unit; a value below 0 counts as 0. The two energies need
-    /// different values: the paper uses 0.001 with its own.
+    /// different values: the paper uses 0.001 with its own. Where the points are noisy, the normalised energy takes more
+    /// than this, as much as it needs for detail that the noise made to give way.
     pub lambda: f64,
     /// Power of the cell volume in the data weight of the normalised energy: 1 weighs cells by volume, 2/3 gives
     /// small cells more say. Between 0 and 1.
@@ -75,6 +79,8 @@ pub struct Evidence<'a> {
     /// Whether the evidence is a height field. It cannot know of overhangs then, and whatever lies under the inside is
     /// inside.
     pub height_field: bool,
+    /// Standard deviation of the noise of the points, metres.
+    pub noise: f64,
 }
 
 impl Evidence<'_> {
@@ -184,7 +190,14 @@ fn normalised(complex: &Complex, evidence: &Evidence, parameters: &LabellingPara
         .map(|(i, facet)| if facet.cells.iter().any(|&c| free(c)) { evidence.area(i) } else { 0.0 })
         .collect();
     let area = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let lambda = positive(Some(parameters.lambda));
+    // A bar of width b that sticks out by t costs λ 4bt/area and is worth b²t/volume: narrower than 4λ volume/area, it
+    // gives way.
+    let volume: f64 = (0..complex.cells.len())
+        .filter(|&cell| evidence.fixed(cell).is_none())
+        .map(|cell| positive(evidence.volumes.get(cell).copied()))
+        .sum();
+    let against_noise = positive(Some(NARROWEST * evidence.noise * area / (4.0 * volume)));
+    let lambda = positive(Some(parameters.lambda)).max(against_noise);
     Terms {
         data: weights
             .iter()

@@ -54,6 +54,7 @@ fn the_label_is_the_best_of_all() {
                 support: &[],
                 fixed: &[],
                 height_field: false,
+                noise: 0.0,
             };
             let found = label(&complex, &evidence, &parameters);
             let least = (0u32..1 << 12)
@@ -83,6 +84,7 @@ fn fixed_labels_hold_whatever_the_occupancy() {
             support: &[],
             fixed: &fixed,
             height_field: false,
+            noise: 0.0,
         };
         let found = label(&complex, &evidence, &LabellingParameters { lambda: 5.0, ..Default::default() });
         for (label, fixed) in found.iter().zip(&fixed) {
@@ -95,7 +97,15 @@ fn fixed_labels_hold_whatever_the_occupancy() {
 fn nothing_known_is_nothing_inside() {
     let blocks = cube(2);
     let complex = complex(&blocks, STRAIGHT);
-    let evidence = Evidence { occupancy: &[], volumes: &[], areas: &[], support: &[], fixed: &[], height_field: false };
+    let evidence = Evidence {
+        occupancy: &[],
+        volumes: &[],
+        areas: &[],
+        support: &[],
+        fixed: &[],
+        height_field: false,
+        noise: 0.0,
+    };
     assert_eq!(label(&complex, &evidence, &LabellingParameters::default()), [false; 8]);
 }
 
@@ -116,8 +126,8 @@ fn smoothness_removes_a_spike_unless_its_facets_are_supported() {
             f64::from(u8::from(at_tower))
         })
         .collect();
-    let parameters = LabellingParameters { lambda: 0.65, ..Default::default() };
-    let towers = |support: &[f64]| {
+    let towers = |support: &[f64], lambda: f64, noise: f64| {
+        let parameters = LabellingParameters { lambda, ..Default::default() };
         let evidence = Evidence {
             occupancy: &occupancy,
             volumes: &volumes,
@@ -125,13 +135,16 @@ fn smoothness_removes_a_spike_unless_its_facets_are_supported() {
             support,
             fixed: &[],
             height_field: false,
+            noise,
         };
         let found = label(&complex, &evidence, &parameters);
         assert_eq!(blocks.iter().zip(&found).filter(|(b, l)| b[0][2] == 0 && **l).count(), 9);
         blocks.iter().zip(&found).filter(|(b, l)| tower(b) && **l).count()
     };
-    assert_eq!(towers(&[]), 0);
-    assert_eq!(towers(&support), 2);
+    assert_eq!(towers(&[], 0.65, 0.0), 0);
+    assert_eq!(towers(&support, 0.65, 0.0), 2);
+    // Noise takes away what is not wider than itself, whatever λ is, and no more.
+    assert_eq!([0.1, 0.25].map(|noise| towers(&[], 0.0, noise)), [2, 0]);
 }
 
 #[test]
@@ -170,6 +183,7 @@ fn under_a_height_field_nothing_hangs_over() {
             support: &[],
             fixed: &[],
             height_field: false,
+            noise: 0.0,
         };
         let parameters = LabellingParameters { lambda: 0.0, ..Default::default() };
         let hanging = label(&complex, &free, &parameters);

@@ -12,9 +12,9 @@ use crate::error::{InputError, Result};
 use crate::segment::neighbourhood::Neighbourhood;
 use crate::segment::options::{GroundLevel, SegmentOptions};
 use crate::site::{Ground, GroundSource};
-use crate::source::crs::{Crs, Transformer};
+use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
-use crate::source::raster::HeightRaster;
+use crate::source::raster::Mosaic;
 
 /// Side of the squares in whose order the terrain model is asked, metres: it is read in pieces, of which few are kept.
 const SQUARE: f64 = 500.0;
@@ -126,7 +126,6 @@ fn by_terrain(
     wanted: impl Fn(usize) -> bool,
     stated: &mut Stated,
 ) -> Result<()> {
-    let mut raster = HeightRaster::open(path)?;
     let mut order: Vec<(usize, [f64; 2], [i64; 2])> = (0..all.frames.len())
         .filter(|index| wanted(*index) && !stated.attributes.contains_key(index))
         .filter_map(|index| {
@@ -142,15 +141,8 @@ fn by_terrain(
     if order.is_empty() {
         return Ok(());
     }
-    if raster.crs().is_none() {
-        let file = path.display();
-        stated.warnings.push(format!("{file}: it names no CRS and is taken to be in that of the points"));
-    }
-    let own = raster.crs().unwrap_or(crs).clone();
-    let way = Transformer::new(crs, &own, Some(bounds)).map_err(|reason| {
-        InputError::new(path, reason, "a terrain model in a CRS to which there is a way from that of the points")
-    })?;
-    stated.warnings.extend(way.warning().map(|warning| format!("{}: {warning}", path.display())));
+    let mut terrain = Mosaic::open(path, crs, bounds)?;
+    stated.warnings.extend_from_slice(terrain.warnings());
     let mut without = 0;
     for (index, ..) in &order {
         let frame = &all.frames[*index];
@@ -159,11 +151,10 @@ fn by_terrain(
         let mut places = outline::places(polygon);
         places.extend(centre);
         let to_crs = |axis: usize, local: f64| frame.origin[axis] + local / frame.metres_per_unit[axis];
-        let mut there: Vec<[f64; 2]> = places.iter().map(|p| [to_crs(0, p[0]), to_crs(1, p[1])]).collect();
-        way.transform(&mut there);
+        let there: Vec<[f64; 2]> = places.iter().map(|p| [to_crs(0, p[0]), to_crs(1, p[1])]).collect();
         let mut line = Vec::with_capacity(places.len());
-        for (place, there) in places.iter().zip(there) {
-            if let Some(height) = raster.height(there)? {
+        for (place, height) in places.iter().zip(terrain.heights(&there)?) {
+            if let Some(height) = height {
                 line.push([place[0], place[1], (height - frame.origin[2]) * frame.metres_per_unit[2]]);
             }
         }
@@ -180,10 +171,7 @@ fn by_terrain(
     }
     let total = order.len();
     if without == total {
-        let [x0, y0, x1, y1] = raster.extent();
-        let found = format!(
-            "no height at any of {total} footprints: it covers x {x0:.2} to {x1:.2}, y {y0:.2} to {y1:.2} in {own}"
-        );
+        let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());
         let fault = InputError::new(path, found, "a terrain model that covers the footprints");
         return Err(fault.remedy("Check its CRS, or leave --dtm out").into());
     }

@@ -162,6 +162,14 @@ fn a_terrain_model_goes_before_the_points_in_whatever_system_it_comes() {
     terrain(&path, 4326, [4.3, 52.05], 0.001, |_, _| 7.0);
     let found = run(&options).unwrap();
     assert!(found.sites.iter().all(|site| (site.ground.height - 7.0).abs() < 1e-6), "{:?}", found.sites[0].ground);
+    // Sheets in a folder, one of them finer: it counts where it lies, and the other elsewhere.
+    let folder = cloud.folder.path().join("sheets");
+    std::fs::create_dir(&folder).unwrap();
+    terrain(&folder.join("wide.tif"), 28992, [x - 20.0, y + 150.0], 2.0, |_, _| 3.0);
+    terrain(&folder.join("fine.TIFF"), 28992, [x - 20.0, y + 40.0], 0.5, |_, _| 4.0);
+    let found = run(&SegmentOptions { dtm: Some(folder), ..SegmentOptions::default() }).unwrap();
+    let floors: Vec<f64> = found.sites.iter().map(|site| site.ground.height).collect();
+    assert_eq!((floors[0], floors[3]), (4.0, 3.0), "{floors:?}");
     terrain(&path, 28992, [0.0, 0.0], 1.0, |_, _| 7.0);
     let error = run(&options).unwrap_err().to_string();
     assert!(error.contains("dtm.tif") && error.contains("no height at any of 4 footprints"), "{error}");

@@ -6,6 +6,7 @@
 
 mod airborne;
 mod corruption;
+mod photographs;
 mod scene;
 mod sphere;
 #[cfg(test)]
@@ -77,6 +78,7 @@ pub fn scan(placed: &Placed, options: &ScanOptions, surroundings: f64, seed: u64
         SetupChoice::FullView => Setup::FullView,
         SetupChoice::NoBottom => Setup::NoBottom,
         SetupChoice::Airborne => Setup::Airborne,
+        SetupChoice::Photographs => Setup::Photographs,
         SetupChoice::Mixed => match random.below(10) {
             0 => Setup::FullView,
             1 => Setup::NoBottom,
@@ -93,13 +95,15 @@ pub fn scan(placed: &Placed, options: &ScanOptions, surroundings: f64, seed: u64
     } else {
         let surface: f64 = placed.mesh.all_corners().map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0).sum();
         let wanted = (density * surface).clamp(16.0, f64::from(options.most_points)) as usize;
-        sphere::scan(&scene, setup == Setup::NoBottom, wanted, &mut random)
+        sphere::scan(&scene, setup, wanted, &mut random)
     };
 
     let noise = options.noise.draw(&mut random);
     corruption::lose(&mut returns, &placed.mesh, options, &mut random);
-    if setup == Setup::Airborne {
-        corruption::shift_strips(&mut returns, strips, options, &mut random);
+    match setup {
+        Setup::Airborne => corruption::shift_strips(&mut returns, strips, options, &mut random),
+        Setup::Photographs => photographs::match_pictures(&mut returns, placed.ground, options, &mut random),
+        Setup::FullView | Setup::NoBottom => {}
     }
     corruption::reflect(&mut returns, options, &mut random);
     corruption::blur(&mut returns, noise * size, &mut random);

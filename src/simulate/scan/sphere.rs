@@ -1,7 +1,8 @@
-//! Positions on a sphere around the building: full-view and, on its upper half, no-bottom.
+//! Positions on a sphere around the building: full-view, on its upper half no-bottom, and higher up photographs.
 
 use nalgebra::{Point3, Unit, Vector3};
 
+use super::super::options::Setup;
 use super::super::random::{Draw, Random};
 use super::scene::{Return, Scene, Target};
 use crate::geometry::Aabb;
@@ -10,14 +11,19 @@ use crate::geometry::Aabb;
 const POSITIONS: [usize; 2] = [8, 24];
 /// Radius of the sphere, in half diagonals of the building's box.
 const DISTANCE: f64 = 4.0;
-/// How steeply a position of the upper half looks down at least, as the sine.
-const LOWEST: f64 = 0.05;
+/// How steeply a position of the upper half looks down at least, as the sine; and that of a camera in an aircraft.
+const LOWEST: [f64; 2] = [0.05, 0.6];
 /// Pulses per point that is wanted, at most: most of those that aim at the sphere around a building meet it or the ground.
 const PATIENCE: usize = 12;
 
-/// Pulses from positions on a sphere, or its upper half, until the building has sent `wanted` back or there is nothing to
+/// Pulses from positions on the part of a sphere that a set-up has, until the building has sent `wanted` back or there is nothing to
 /// be seen; and the number of positions.
-pub(super) fn scan(scene: &Scene, upper: bool, wanted: usize, random: &mut Random) -> (Vec<Return>, u32) {
+pub(super) fn scan(scene: &Scene, setup: Setup, wanted: usize, random: &mut Random) -> (Vec<Return>, u32) {
+    let lowest = match setup {
+        Setup::FullView => None,
+        Setup::NoBottom | Setup::Airborne => Some(LOWEST[0]),
+        Setup::Photographs => Some(LOWEST[1]),
+    };
     let Aabb { min, max } = scene.aabb;
     let [low, high] = [min, max].map(Point3::from);
     let (centre, radius) = (nalgebra::center(&low, &high), (high - low).norm() / 2.0);
@@ -25,8 +31,8 @@ pub(super) fn scan(scene: &Scene, upper: bool, wanted: usize, random: &mut Rando
     let positions: Vec<Point3<f64>> = (0..count)
         .map(|_| {
             let mut direction = random.direction();
-            if upper {
-                direction.z = direction.z.abs().max(LOWEST);
+            if let Some(lowest) = lowest {
+                direction.z = direction.z.abs().max(lowest);
             }
             centre + direction.normalize() * radius * DISTANCE
         })

@@ -162,3 +162,27 @@ fn a_scan_depends_on_its_seed_alone() {
         assert!(a.points.len() <= 2 * training.most_points as usize);
     }
 }
+
+#[test]
+fn matched_pictures_wave_along_the_line_of_sight_and_miss_the_foot_of_walls() {
+    let placed = model().placed();
+    let options =
+        ScanOptions { setup: SetupChoice::Photographs, footprint: 0.0, density: Span::fixed(20.0), ..clean() };
+    let exact = scan(&placed, &options, 0.0, 1).unwrap();
+    let [roof, wall, bottom] = shares(&exact, 0.002);
+    assert!(roof > 0.3 && wall > 0.2 && bottom < 0.01, "{roof} {wall} {bottom}");
+    let low = |scan: &Scan| scan.points.iter().filter(|p| p.z < 1.0).count();
+    assert!(low(&exact) > 100, "{}", low(&exact));
+    let blind = scan(&placed, &ScanOptions { blind_height: Span::fixed(3.0), ..options.clone() }, 0.0, 1).unwrap();
+    assert!(low(&blind) * 5 < low(&exact) && blind.points.len() * 2 > exact.points.len(), "{}", low(&blind));
+    let plain = scan(&placed, &ScanOptions { texture_missing: Span::fixed(0.9), ..options.clone() }, 0.0, 1).unwrap();
+    let left = plain.points.len() as f64 / exact.points.len() as f64;
+    assert!((0.4..0.75).contains(&left), "{left}");
+    let waves = ScanOptions { ripples: Span::fixed(0.05), ripple_length: Span::fixed(2.0), ..options };
+    let waves = scan(&placed, &waves, 0.0, 1).unwrap();
+    let truth = Truth::new(&placed.mesh).unwrap();
+    let squares: f64 = waves.points.iter().map(|p| truth.distance(p).powi(2)).sum();
+    let rms = (squares / waves.points.len() as f64).sqrt();
+    // Along the line of sight 0.05; across a surface that is seen obliquely less.
+    assert!((0.02..0.05).contains(&rms), "{rms}");
+}

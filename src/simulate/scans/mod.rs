@@ -83,7 +83,8 @@ pub fn write(job: &Job, progress: &(dyn Fn(u64) + Sync)) -> Result<Written> {
     let models = layout::arranged(&job.sources);
     let ids = layout::unique_ids(&models);
     // What a scanner around a building sees is not cut off at its footprint.
-    let from_around = matches!(job.options.setup, SetupChoice::FullView | SetupChoice::NoBottom);
+    let from_around =
+        matches!(job.options.setup, SetupChoice::FullView | SetupChoice::NoBottom | SetupChoice::Photographs);
     let options = ScanOptions { footprint: if from_around { 0.0 } else { 1.0 }, ..job.options.clone() };
     let files = ["points.laz", "footprints.geojson", "reference.city.json"].map(|name| job.output.join(name));
     let mut tile = tile::TileFile::create(&files[0], &job.crs, layout::corner(&models), job.overwrite)?;

@@ -113,7 +113,7 @@ fn shards_hold_what_was_asked_and_the_truth() {
     assert_eq!(channels("raster_channels"), RASTER_CHANNELS);
     assert_eq!(channels("place_channels"), PLACE_CHANNELS);
     assert_eq!(channels("patch_channels"), PATCH_CHANNELS);
-    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne", "real"]);
+    assert_eq!(channels("setups"), ["full-view", "no-bottom", "airborne", "photographs", "real"]);
     let named = ["interface", "version", "split", "seed", "near", "uniform", "cells", "samples_per_cell"];
     assert_eq!(named.map(|name| shard.metadata(name)), ["field", "2", "train", "11", "64", "48", "18", "8"]);
     let (r, f, p) = (RASTER_CHANNELS.len() as u64, PLACE_CHANNELS.len() as u64, PATCH_CHANNELS.len() as u64);
@@ -230,7 +230,7 @@ fn of_real_scans_only_a_part_is_known() {
     );
 
     let shard = Shard::read(&folder.path().join("validation-00000.safetensors"));
-    assert_eq!((shard.bytes("exact"), shard.bytes("setup")), (&[0; 6][..], &[3; 6][..]));
+    assert_eq!((shard.bytes("exact"), shard.bytes("setup")), (&[0; 6][..], &[4; 6][..]));
     assert!(shard.floats("noise").iter().all(|noise| noise.is_nan()));
     let known = shard.bytes("known");
     let share = known.iter().map(|known| f64::from(*known)).sum::<f64>() / known.len() as f64;

@@ -18,7 +18,6 @@ mod claims;
 mod cloud;
 mod copc;
 mod decode;
-mod expand;
 mod gps_time;
 mod header;
 mod layered_times;
@@ -35,8 +34,11 @@ pub(crate) mod fixture;
 #[cfg(test)]
 mod tests;
 
+use std::path::PathBuf;
+
+use super::expand::Kind;
+use crate::error::Result;
 pub use block::{Block, ScanPoint};
-pub use expand::expand;
 pub use parcels::Parcels;
 pub use placement::{Placement, Unit, UpAxis};
 pub use problem::TileProblem;
@@ -44,3 +46,22 @@ pub use spill::SpillWriter;
 pub use stream::{Reading, Region};
 pub use summary::TileSummary;
 pub use tile::{Extent, Tile};
+
+/// The kind of file that a tile is: `.las` and `.laz` (so `.copc.laz` too), `.ply`, `.xyz` and `.pts`; other text where a
+/// pattern says so.
+const TILES: Kind = Kind {
+    name: "tiles",
+    wanted: "LAS, LAZ, COPC, PLY or text files, folders or glob patterns",
+    extensions: &["las", "laz", "ply", "xyz", "pts"],
+    meant: &cloud::TEXT,
+};
+
+/// The tiles that arguments name: files, folders (the tiles directly in them) and glob patterns; sorted and without
+/// duplicates, both by canonical path. A file named outright is taken whatever its extension.
+///
+/// # Errors
+/// An argument that does not exist, a pattern that is malformed or matches no tile, a folder without tiles, no argument
+/// at all, or a folder that cannot be read.
+pub fn expand(arguments: &[String]) -> Result<Vec<PathBuf>> {
+    super::expand::expand(arguments, &TILES)
+}

@@ -3,6 +3,7 @@
 //! A raster is read by its strips or tiles, where heights are asked for, and few of them are kept: one of a country needs
 //! no more memory than one of a street.
 
+mod mosaic;
 mod placement;
 
 use std::collections::VecDeque;
@@ -16,10 +17,11 @@ use tiff::{TiffError, TiffFormatError};
 
 use super::crs::Crs;
 use crate::error::{Error, InputError, Result};
+pub use mosaic::{Mosaic, sheets};
 use placement::Placement;
 
 /// Memory for the strips and tiles that were read last, bytes.
-const MEMORY: usize = 64 << 20;
+const MEMORY: usize = 32 << 20;
 /// The tag in which GDAL keeps scale and offset.
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 /// What makes any raster one that can be read.
@@ -106,6 +108,12 @@ impl HeightRaster {
         let corners = [[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]].map(|c| self.placement.place(c));
         let bound = |axis: usize, of: fn(f64, f64) -> f64| corners.iter().map(|c| c[axis]).reduce(of).unwrap_or(0.0);
         [bound(0, f64::min), bound(1, f64::min), bound(0, f64::max), bound(1, f64::max)]
+    }
+
+    /// The width of a pixel, in units of its own CRS.
+    pub fn pixel_size(&self) -> f64 {
+        let [a, b] = [[0.0, 0.0], [1.0, 0.0]].map(|pixel| self.placement.place(pixel));
+        (b[0] - a[0]).hypot(b[1] - a[1])
     }
 
     /// The height at a place in its own CRS, between the four pixels around by their nearness; pixels without a height do
@@ -198,7 +206,7 @@ fn unreadable(path: &Path, place: &str, error: &TiffError) -> Error {
         TiffError::FormatError(TiffFormatError::TiffSignatureNotFound | TiffFormatError::TiffSignatureInvalid) => {
             "a terrain model in GeoTIFF"
         }
-        TiffError::UnsupportedError(_) => "numbers of 8 to 64 bits, uncompressed or by LZW, Deflate or PackBits",
+        TiffError::UnsupportedError(_) => "numbers of 8 to 64 bits, uncompressed or by LZW, Deflate, ZSTD or PackBits",
         _ => "a whole and sound GeoTIFF",
     };
     InputError::new(path, error.to_string(), expected).at(place).remedy(REMEDY).into()

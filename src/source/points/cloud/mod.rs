@@ -26,10 +26,8 @@ use text::Columns;
 
 /// What is said of a file that is neither.
 pub(super) const WANTED: &str = "a LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) file";
-/// The extensions of text with a point a line. Those of the first line have no other meaning: files in folders count.
+/// The extensions of text with a point a line.
 pub(super) const TEXT: [&str; 5] = ["xyz", "pts", "txt", "asc", "csv"];
-/// How many of them those are.
-pub(super) const PLAIN: usize = 2;
 
 /// Takes points, each with its class, until it has enough.
 pub(super) type Visit<'a> = dyn FnMut([f64; 3], u8) -> ControlFlow<()> + 'a;
