@@ -18,6 +18,7 @@ mod errors;
 mod evaluate;
 mod field;
 mod info;
+mod jagged;
 mod neighbourhoods;
 mod pipeline;
 mod reconstruct;
