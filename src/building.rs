@@ -196,10 +196,14 @@ pub struct Measures {
     pub ridge_height: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face of the LoD 1.2 model, metres.
     pub rmse_lod12: Option<f64>,
+    /// Root mean square of the distances of the building points to the nearest face of the LoD 1.3 model, metres.
+    pub rmse_lod13: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face of the LoD 2.2 model, metres.
     pub rmse_lod22: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod12: Option<f64>,
+    /// Volume in cubic metres.
+    pub volume_lod13: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod22: Option<f64>,
     /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned; `None` without such a model.

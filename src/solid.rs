@@ -4,6 +4,8 @@ use geo::MultiPolygon;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::triangulate;
+
 /// What a face is: the semantic surface types of CityGML that gable writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SurfaceType {
@@ -113,6 +115,12 @@ impl Solid {
         six / 6.0
     }
 
+    /// The triangles of a face, in local metres.
+    pub fn triangles(&self, face: &Face) -> Vec<[Point3<f64>; 3]> {
+        let ring = |ring: &Vec<u32>| ring.iter().map(|&vertex| self.point(vertex)).collect();
+        triangulate(&face.rings.iter().map(ring).collect::<Vec<_>>())
+    }
+
     /// The type of a face.
     pub fn kind(&self, face: &Face) -> SurfaceType {
         self.surfaces.get(face.surface as usize).map_or(SurfaceType::Wall, |s| s.kind)
@@ -124,8 +132,18 @@ impl Solid {
 pub struct Part {
     /// The LoD 1.2 block.
     pub lod12: Option<Solid>,
+    /// The LoD 1.3 block with steps.
+    #[serde(default)]
+    pub lod13: Option<Solid>,
     /// The LoD 2.2 solid.
     pub lod22: Option<Solid>,
+}
+
+impl Part {
+    /// Its solids of all levels of detail, the coarsest first.
+    pub fn solids(&self) -> impl Iterator<Item = &Solid> {
+        [&self.lod12, &self.lod13, &self.lod22].into_iter().flatten()
+    }
 }
 
 /// The model of one building in its local frame.
@@ -147,6 +165,11 @@ impl Model {
     /// The LoD 2.2 solids.
     pub fn lod22(&self) -> impl Iterator<Item = &Solid> {
         self.parts.iter().filter_map(|p| p.lod22.as_ref())
+    }
+
+    /// The LoD 1.3 solids.
+    pub fn lod13(&self) -> impl Iterator<Item = &Solid> {
+        self.parts.iter().filter_map(|p| p.lod13.as_ref())
     }
 
     /// The LoD 1.2 solids.

@@ -292,7 +292,7 @@ mod tests {
         let command = super::super::reconstruct::Args::augment_args(clap::Command::new("reconstruct"));
         // What only a command line has, and what a stage has by being one.
         let of_the_command = ["tiles", "output", "quiet", "verbose", "view"];
-        let of_stages = ["filename", "where", "user_data", "lod"];
+        let of_stages = ["filename", "where", "user_data"];
         let mut names: Vec<String> = Vec::new();
         for argument in command.get_arguments() {
             let name = argument.get_id().as_str().replace('-', "_");

@@ -9,7 +9,7 @@ use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
-use crate::reconstruct::Parameters;
+use crate::reconstruct::{Levels, Parameters};
 use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{PointCloud, is_stream};
@@ -120,6 +120,11 @@ pub struct Args {
     #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
     ground_class: Vec<u8>,
 
+    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are)
+    /// [default: 0,1.2,2.2]
+    #[arg(long, value_name = "LEVELS")]
+    lod: Option<Levels>,
+
     /// Name of the point cloud, such as AHN3; an attribute of every building
     #[arg(long, value_name = "NAME")]
     point_cloud_source: Option<String>,
@@ -212,7 +217,7 @@ impl Args {
                 ground_classes: self.ground_class,
                 ..self.segmentation.0
             },
-            parameters: self.parameters.0,
+            parameters: Parameters { lod: self.lod.unwrap_or_default(), ..self.parameters.0 },
             field: self.field.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),

@@ -107,7 +107,7 @@ fn left_out(site: &Site, solids: &[Solid], is_block: bool, parameters: &Paramete
 }
 
 /// The points that count.
-fn counting(points: &[Point3<f64>], left_out: &[u32]) -> Vec<Point3<f64>> {
+pub(super) fn counting(points: &[Point3<f64>], left_out: &[u32]) -> Vec<Point3<f64>> {
     let mut left_out = left_out.iter().peekable();
     (0_u32..).zip(points).filter(|(i, _)| left_out.next_if_eq(&i).is_none()).map(|(_, p)| *p).collect()
 }

@@ -17,6 +17,7 @@ mod footprint;
 mod hypotheses;
 pub mod labelling;
 mod ladder;
+mod levels;
 mod measures;
 pub mod occupancy;
 mod open_ground;
@@ -28,12 +29,14 @@ mod revision;
 mod rounds;
 pub(crate) mod semantics;
 mod standing;
+mod stepped;
 pub mod surface;
 mod unmodelled;
 
 pub use detected::Detected;
 pub use evidence::label;
 pub use hypotheses::{Hypotheses, StrayWall};
+pub use levels::{Level, Levels};
 pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
 
@@ -127,15 +130,26 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
             "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
         ));
     }
-    let (mut solids, mut blocks) = (solids, blocks);
-    solids.iter_mut().chain(&mut blocks).for_each(|solid| floor_depth::tell(solid, site));
-    let model = Model { footprint, ground: grid_height(site, site.ground.height), parts: parts(solids, blocks) };
+    let counting = fit::counting(&site.points, &left_out);
+    let stepped = if parameters.lod.has(Level::Stepped) {
+        stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes)
+    } else {
+        Vec::new()
+    };
+    measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
+    let mut parts = parts(solids, blocks, stepped);
+    for part in &mut parts {
+        let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22];
+        solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
+    }
+    let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts };
     measures.roof_heights = roof_heights;
     if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
         heights.max = top;
     }
     (measures.rmse_lod12, measures.rmse_lod22) = (rmse_lod12, rmse_lod22);
-    (measures.volume_lod12, measures.volume_lod22) = (volume(model.lod12()), volume(model.lod22()));
+    (measures.volume_lod12, measures.volume_lod13) = (volume(model.lod12()), volume(model.lod13()));
+    measures.volume_lod22 = volume(model.lod22());
     measures.confidence = confidence::of_model(&measures, area(standing.site.footprint.as_ref()));
     let outcome = match failure {
         None if standing.is_partial => Outcome::Partial { reason: Reason::Incomplete, detail: share },
@@ -143,6 +157,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
+    parameters.lod.keep(&mut model);
     Building {
         id: site.id.clone(),
         frame: site.frame,
@@ -348,11 +363,21 @@ impl Solution {
     }
 }
 
-/// Parts of LoD 2.2 `solids` and LoD 1.2 `blocks`.
-fn parts(solids: Vec<Solid>, blocks: Vec<Solid>) -> Vec<Part> {
-    let count = solids.len().max(blocks.len());
-    let (mut solids, mut blocks) = (solids.into_iter(), blocks.into_iter());
-    (0..count).map(|_| Part { lod22: solids.next(), lod12: blocks.next() }).collect()
+/// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks` and the LoD 1.3 blocks that stand for each of the solids, or else for each
+/// of the blocks.
+fn parts(solids: Vec<Solid>, blocks: Vec<Solid>, stepped: Vec<Vec<Solid>>) -> Vec<Part> {
+    let count = solids.len().max(blocks.len()).max(stepped.len());
+    let (mut solids, mut blocks, mut stepped) = (solids.into_iter(), blocks.into_iter(), stepped.into_iter());
+    let mut more = Vec::new();
+    let mut part = || {
+        let mut of_part = stepped.next().unwrap_or_default().into_iter();
+        let part = Part { lod12: blocks.next(), lod13: of_part.next(), lod22: solids.next() };
+        more.extend(of_part.map(|solid| Part { lod13: Some(solid), ..Part::default() }));
+        part
+    };
+    let mut parts: Vec<Part> = (0..count).map(|_| part()).collect();
+    parts.append(&mut more);
+    parts
 }
 
 fn grid_height(site: &Site, height: f64) -> i64 {

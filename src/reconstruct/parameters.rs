@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::labelling::LabellingParameters;
+use super::levels::Levels;
 use super::primitives::DetectionParameters;
 use super::surface::SurfaceParameters;
 use crate::completeness::Limits;
@@ -11,6 +12,12 @@ use crate::completeness::Limits;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
+    /// Levels of detail that are made and written, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps),
+    /// 2.2 (roofs as they are).
+    pub lod: Levels,
+    /// LoD 1.3: roofs whose heights differ by less than this where they meet share the top of a block, metres.
+    #[schemars(range(min = 0.0))]
+    pub block_step: f64,
     /// How planar primitives are detected and refined.
     pub detection: DetectionParameters,
     /// How far the walls may stand back from the footprint's outline where that makes them simpler, metres. They never
@@ -81,6 +88,8 @@ pub enum Partial {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
+            lod: Levels::default(),
+            block_step: 3.0,
             detection: DetectionParameters::default(),
             footprint_tolerance: 0.1,
             open_ground: OpenGround::default(),

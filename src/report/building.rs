@@ -21,6 +21,9 @@ pub struct BuildingReport {
     pub solids_lod22: usize,
     /// Number of LoD 1.2 solids.
     pub solids_lod12: usize,
+    /// Solids at LoD 1.3.
+    #[serde(default)]
+    pub solids_lod13: usize,
     /// Number of building points.
     pub points: usize,
     /// Number of planar primitives after refinement.
@@ -65,6 +68,7 @@ impl BuildingReport {
             outcome: building.outcome.clone(),
             solids_lod22: building.model.lod22().count(),
             solids_lod12: building.model.lod12().count(),
+            solids_lod13: building.model.lod13().count(),
             points: measures.points,
             primitives: measures.primitives,
             cells: measures.cells,
@@ -84,9 +88,9 @@ impl BuildingReport {
         }
     }
 
-    /// Whether the building has a solid of any LoD.
+    /// Whether solids could be made of the building, whatever levels of detail were asked for.
     pub fn has_model(&self) -> bool {
-        self.solids_lod22 > 0 || self.solids_lod12 > 0
+        matches!(self.outcome, Outcome::Lod22 | Outcome::Partial { .. } | Outcome::Lod12 { .. })
     }
 
     /// Whether the building ought to have a model and has none: it holds points, or it could not even be told whether

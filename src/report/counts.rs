@@ -33,6 +33,9 @@ pub struct Counts {
     pub solids_lod22: usize,
     /// LoD 1.2 solids.
     pub solids_lod12: usize,
+    /// Solids at LoD 1.3.
+    #[serde(default)]
+    pub solids_lod13: usize,
     /// Buildings by the step of the ladder on which they stand.
     pub ladder: BTreeMap<LadderStep, usize>,
     /// Buildings that fell back to LoD 1.2, by reason.
@@ -74,6 +77,7 @@ impl Counts {
         self.points += building.points as u64;
         self.solids_lod22 += building.solids_lod22;
         self.solids_lod12 += building.solids_lod12;
+        self.solids_lod13 += building.solids_lod13;
         self.lacking += usize::from(building.lacks_model());
         if let Some(step) = building.ladder_step {
             *self.ladder.entry(step).or_default() += 1;
@@ -93,7 +97,7 @@ impl Counts {
 
     /// What the run amounts to.
     pub fn verdict(&self) -> Verdict {
-        if self.solids_lod22 + self.solids_lod12 == 0 {
+        if self.buildings_lod22 + self.buildings_partial + self.buildings_lod12 == 0 {
             Verdict::Nothing
         } else if self.lacking + self.not_reached > 0 {
             Verdict::Partial

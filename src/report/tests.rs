@@ -27,13 +27,16 @@ fn lod22() -> BuildingReport {
     building(
         Outcome::Lod22,
         100,
-        vec![Part { lod12: Some(solid()), lod22: Some(solid()) }, Part { lod12: None, lod22: Some(solid()) }],
+        vec![
+            Part { lod12: Some(solid()), lod13: None, lod22: Some(solid()) },
+            Part { lod22: Some(solid()), ..Part::default() },
+        ],
     )
 }
 
 fn lod12() -> BuildingReport {
     let outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "302".into() };
-    building(outcome, 50, vec![Part { lod12: Some(solid()), lod22: None }])
+    building(outcome, 50, vec![Part { lod12: Some(solid()), ..Part::default() }])
 }
 
 fn skipped(reason: Reason, points: usize) -> BuildingReport {

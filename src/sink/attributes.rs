@@ -120,6 +120,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
         |s| number(s.building.measures.rmse_lod12, 3),
     ),
     row(
+        "gable_rmse_lod13",
+        "m",
+        "root mean square of the distances of the points to the nearest face at LoD 1.3",
+        |s| number(s.building.measures.rmse_lod13, 3),
+    ),
+    row(
         "gable_rmse_lod22",
         "m",
         "root mean square of the distances of the points to the nearest face at LoD 2.2",
@@ -154,10 +160,15 @@ pub const ATTRIBUTES: &[Attribute] = &[
         s.building.measures.field_fallback.clone().map(Value::from)
     }),
     row("gable_volume_lod12", "m³", "volume at LoD 1.2", |s| number(s.building.measures.volume_lod12, 3)),
+    row("gable_volume_lod13", "m³", "volume at LoD 1.3", |s| number(s.building.measures.volume_lod13, 3)),
     row("gable_volume_lod22", "m³", "volume at LoD 2.2", |s| number(s.building.measures.volume_lod22, 3)),
     row("gable_validity_lod12", "", "val3dity codes of the faults at LoD 1.2; empty when valid", |s| {
         // Blocks are valid by construction, and nothing invalid is written.
         s.building.model.lod12().next().map(|_| json!([]))
+    }),
+    row("gable_validity_lod13", "", "val3dity codes of the faults at LoD 1.3; empty when valid", |s| {
+        // What would not be valid is replaced by a block.
+        s.building.model.lod13().next().map(|_| json!([]))
     }),
     row("gable_validity_lod22", "", "val3dity codes of the faults at LoD 2.2; empty when valid", |s| {
         let faults = &s.building.measures.faults_lod22;

@@ -28,8 +28,9 @@ pub trait Tunable: Clone + Default + Serialize + DeserializeOwned + JsonSchema {
 
 impl Tunable for Parameters {
     const HEADING: &'static str = "Method";
-    const ELSEWHERE: &'static [&'static str] = &[];
+    const ELSEWHERE: &'static [&'static str] = &["lod"];
     const LIMITS: &'static [(&'static str, [f64; 2])] = &[
+        ("block_step", [0.0, 1000.0]),
         ("noise_factor", [1.0, 100.0]),
         ("minimum_tolerance", [0.001, 10.0]),
         ("maximum_tolerance", [0.001, 10.0]),

@@ -87,7 +87,8 @@ fn options() -> Vec<OptionSpec> {
             "Number of threads; one per processor when it is not given",
         ),
     ];
-    let lod = "Behind readers.lod2: only these levels of detail, such as 2.2 or 0,1.2";
+    let lod = "Levels of detail, such as 0,1.2,1.3,2.2: of a reconstruction 0,1.2,2.2 when it is not given; behind \
+               readers.lod2 only these, whatever their names";
     options.push(OptionSpec::new("lod", Kind::Names, lod));
     options.extend(tunings::<FieldOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<SegmentOptions>().into_iter().map(OptionSpec::from));
@@ -241,8 +242,11 @@ impl Writer for Lod2Writer {
             return Err(place.fault("neither `footprints` nor `no_footprint`", expected).into());
         }
         if self.values.is_given("lod") {
-            let expected = "`lod` behind readers.lod2: a reconstruction has all levels of detail";
-            return Err(place.fault("`lod` with points", expected).into());
+            let text = self.values.texts("lod").join(",");
+            let levels = text.parse().map_err(|_| {
+                self.values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, parted by commas")
+            })?;
+            self.job.parameters.lod = levels;
         }
         self.source = Self::source_of(flow, is_last);
         self.flow = flow.clone();

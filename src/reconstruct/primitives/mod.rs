@@ -13,6 +13,7 @@ pub mod connected;
 mod detect;
 pub mod enclosure;
 pub mod footprint_edges;
+mod gaps;
 pub mod height_jumps;
 mod hull;
 mod moments;

@@ -3,7 +3,7 @@
 use geo::{Area, BoundingRect, MultiPolygon};
 use nalgebra::{Point2, Point3};
 
-use super::Primitive;
+use super::{Primitive, gaps};
 use crate::geometry::Aabb;
 
 /// A pixel outside of the building.
@@ -85,7 +85,11 @@ impl RoofMap {
         } else {
             // At the edge of a roof half of the kernel lies over points.
             let edge = std::f64::consts::PI / 6.0 * (reach / spacing).powi(2);
-            weights.iter().map(|&weight| weight >= edge).collect()
+            let mut inside: Vec<bool> = weights.iter().map(|&weight| weight >= edge).collect();
+            let squares = roofs.iter().map(|(_, roof)| roof.inliers.len() as f64 * roof.residual.powi(2));
+            let noise = (squares.sum::<f64>() / seen.len() as f64).sqrt();
+            gaps::close(&mut inside, columns, (gaps::bridged(&seen, noise) / pixel).round() as usize);
+            inside
         };
         map.fill_and_mask(&inside, primitives);
         map.smooth();

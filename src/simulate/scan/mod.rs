@@ -70,7 +70,7 @@ impl Scan {
 
 /// Scans a building: the same building, options and seed give the same points.
 ///
-/// `surroundings` is the width of the ground around the building, metres, whose points are wanted too (airborne only).
+/// `surroundings` is the width of the ground around the building, metres, whose points are wanted too (not in full view).
 /// `None` for a building without surface.
 pub fn scan(placed: &Placed, options: &ScanOptions, surroundings: f64, seed: u64) -> Option<Scan> {
     let mut random = Random::new(seed);
@@ -114,7 +114,8 @@ pub fn scan(placed: &Placed, options: &ScanOptions, surroundings: f64, seed: u64
     });
     let mut points = building_points(&returns, footprint.as_ref(), options, &mut random);
     corruption::add_outliers(&mut points, &scene.aabb, footprint.as_ref(), options, &mut random);
-    let ground_points = if surroundings > 0.0 { ground_points(&returns, &placed.footprint) } else { Vec::new() };
+    let ground_points =
+        if surroundings > 0.0 { ground_points(&returns, &placed.footprint, surroundings) } else { Vec::new() };
     let points = tidied(points);
     Some(Scan {
         setup,
@@ -170,10 +171,13 @@ fn building_points(
     points
 }
 
-/// The points of the ground outside the building.
-fn ground_points(returns: &[Return], outline: &MultiPolygon<f64>) -> Vec<Point3<f64>> {
+/// The points of the ground outside the building and no farther from its box than `width`, metres: who looks past it near
+/// the horizon sees the ground far away.
+fn ground_points(returns: &[Return], outline: &MultiPolygon<f64>, width: f64) -> Vec<Point3<f64>> {
+    let Some(rect) = geo::BoundingRect::bounding_rect(outline) else { return Vec::new() };
+    let (x, y) = (rect.min().x - width..=rect.max().x + width, rect.min().y - width..=rect.max().y + width);
     let ground = returns.iter().filter(|hit| hit.target == Target::Ground).map(|hit| hit.position);
-    ground.filter(|p| !outline.contains(&geo::Point::new(p.x, p.y))).collect()
+    ground.filter(|p| x.contains(&p.x) && y.contains(&p.y) && !outline.contains(&geo::Point::new(p.x, p.y))).collect()
 }
 
 /// The points on the grid of a laser tile, in order and without duplicates.

@@ -37,7 +37,7 @@ pub(super) fn building(scanned: &Scanned) -> Building {
         model: solid::Model {
             footprint: solid::quantise_footprint(&model.footprint, step),
             ground: (model.ground / step[2]).round() as i64,
-            parts: vec![Part { lod12: None, lod22: Some(model.solid.as_ref().clone()) }],
+            parts: vec![Part { lod22: Some(model.solid.as_ref().clone()), ..Part::default() }],
         },
         outcome: Outcome::Lod22,
         measures: Measures::default(),

@@ -95,6 +95,7 @@ fn neighbourhood() -> Vec<Building> {
         ground: 0,
         parts: vec![Part {
             lod12: block(&vec![vec![[0, 0], [80_000, 0], [80_000, 60_000], [0, 60_000]]], 0, 44_000, STEP),
+            lod13: None,
             lod22: Some(gabled_house()),
         }],
     };
@@ -130,7 +131,7 @@ fn neighbourhood() -> Vec<Building> {
     courtyard.reverse();
     let ring: FootprintPolygon = vec![square(0, 0, 6), courtyard];
     let beside: FootprintPolygon = vec![square(6, 0, 4)];
-    let parts = [&ring, &beside].map(|p| Part { lod12: block(p, -5_000, 90_000, STEP), lod22: None }).to_vec();
+    let parts = [&ring, &beside].map(|p| Part { lod12: block(p, -5_000, 90_000, STEP), ..Part::default() }).to_vec();
     block_of_two.model = Model { footprint: vec![ring, beside], ground: -5_000, parts };
     block_of_two.frame.origin = [84_960.0, 447_490.0, 0.0];
     block_of_two.outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "not closed".into() };

@@ -1,0 +1,134 @@
+//! Levels of detail.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::str::FromStr;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Serialize};
+
+use crate::solid::Model;
+
+/// A level of detail (Biljecki, Ledoux, Stoter 2016).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Level {
+    /// 0: the footprint.
+    Footprint,
+    /// 1.2: a block over every part of the footprint.
+    Block,
+    /// 1.3: blocks with a step wherever the roof has one.
+    Stepped,
+    /// 2.2: roofs as they are.
+    Roofs,
+}
+
+impl Level {
+    /// All, from the coarsest on.
+    pub const ALL: [Self; 4] = [Self::Footprint, Self::Block, Self::Stepped, Self::Roofs];
+
+    /// What CityJSON calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Footprint => "0",
+            Self::Block => "1.2",
+            Self::Stepped => "1.3",
+            Self::Roofs => "2.2",
+        }
+    }
+}
+
+/// Levels of detail that a model has, such as `0,1.2,2.2`. It is text in JSON and on the command line.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Levels(BTreeSet<Level>);
+
+impl Levels {
+    /// Whether a model has this level.
+    pub fn has(&self, level: Level) -> bool {
+        self.0.contains(&level)
+    }
+
+    /// Takes away from a model what is of no level that it shall have.
+    pub(super) fn keep(&self, model: &mut Model) {
+        if !self.has(Level::Footprint) {
+            model.footprint.clear();
+        }
+        for part in &mut model.parts {
+            for (level, solid) in
+                [(Level::Block, &mut part.lod12), (Level::Stepped, &mut part.lod13), (Level::Roofs, &mut part.lod22)]
+            {
+                if !self.has(level) {
+                    *solid = None;
+                }
+            }
+        }
+        model.parts.retain(|part| part.solids().next().is_some());
+    }
+}
+
+impl Default for Levels {
+    /// 0, 1.2 and 2.2.
+    fn default() -> Self {
+        Self(BTreeSet::from([Level::Footprint, Level::Block, Level::Roofs]))
+    }
+}
+
+impl FromStr for Levels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let level = |name: &str| Level::ALL.into_iter().find(|level| level.name() == name.trim());
+        match text.split(',').map(level).collect::<Option<BTreeSet<Level>>>() {
+            Some(levels) => Ok(Self(levels)),
+            None => Err(format!(
+                "found '{text}', expected some of {}, parted by commas",
+                Level::ALL.map(Level::name).join(", ")
+            )),
+        }
+    }
+}
+
+impl fmt::Display for Levels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.0.iter().map(|level| level.name()).collect();
+        f.write_str(&names.join(","))
+    }
+}
+
+impl TryFrom<String> for Levels {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Levels> for String {
+    fn from(levels: Levels) -> Self {
+        levels.to_string()
+    }
+}
+
+impl JsonSchema for Levels {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Levels".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        String::json_schema(generator)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_read_as_they_are_written() {
+        assert_eq!(Levels::default().to_string(), "0,1.2,2.2");
+        assert_eq!("2.2, 1.3".parse::<Levels>().unwrap().to_string(), "1.3,2.2");
+        for bad in ["", "2", "1.2,", "foo", "1.2;2.2"] {
+            assert!(bad.parse::<Levels>().unwrap_err().contains("expected some of 0, 1.2, 1.3, 2.2"), "{bad}");
+        }
+    }
+}
