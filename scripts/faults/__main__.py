@@ -36,7 +36,7 @@ GABLE = Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target") / "release" 
 FORMATS = (
     "tile.laz", "tile1.laz", "tile.las", "tile.copc.laz", "tile.ply", "tile.xyz",
     "f.gpkg", "f.fgb", "f.shp", "f.parquet", "f.geojson", "f.geojsonl",
-    "m.city.json", "m.city.jsonl", "terrain.tif", "pipeline.json",
+    "m.city.json", "m.city.jsonl", "terrain.tif", "field.safetensors", "pipeline.json",
 )
 
 
@@ -124,6 +124,7 @@ def main():
     folder = Path(tempfile.mkdtemp(prefix="gable-sound-"))
     made = Case(bench, "sound", 0, folder)
     bench.sound = sound.make(bench, made, ROOT / "examples" / "data")
+    bench.sound["field.safetensors"] = (ROOT / "src" / "network" / "weights" / "field.safetensors").read_bytes()
     bench.sound["many.las"] = sound.plain_las(made, ROOT / "examples" / "data" / "delft_ahn3.laz")
     made.look_around()
     shutil.rmtree(folder)

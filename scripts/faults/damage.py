@@ -109,11 +109,15 @@ def read(case, name):
     elif name.startswith("m."):
         if way == 0:
             case.run(["validate", path], **space)
+        elif way == 2 and case.draw.random() < 0.5:
+            case.run(["evaluate", path, "--points", case.sound("tile.laz")], **space)
         elif way == 1:
             case.judged(["view", path, "-o", case.out / "v.html"], "v.html", **space)
         else:
             to = case.draw.choice(("c.city.jsonl", "c.gpkg", "c.obj", "c.3dtiles"))
             convert(case, path, to, **space)
+    elif name.endswith(".safetensors"):
+        case.reconstruct(case.sound("tile.laz"), case.sound("small.geojson"), rest=["--model", path], **space)
     elif name.endswith(".tif"):
         case.reconstruct(case.sound("tile.laz"), case.sound("small.geojson"), rest=["--field", "height-field", "--dtm", path], **space)
     elif name.endswith(".json"):

@@ -80,13 +80,32 @@ fn have_inside(faults: &[Finding], options: &Options) -> bool {
     faults.iter().all(|fault| matches!(fault.code, 203 | 204) && !options.first_level)
 }
 
-/// Of the findings from `start` on, those of the lowest level. What cannot be read (9xx) belongs to none and stays.
+/// Of the findings from `start` on, those of the first step that val3dity would have ended with. What cannot be read (9xx)
+/// belongs to none and stays.
 fn keep_first_level(findings: &mut Vec<Finding>, start: usize) {
-    let level = |finding: &Finding| finding.code / 100;
-    let Some(first) = findings[start..].iter().map(level).min() else { return };
+    let Some(first) = findings[start..].iter().map(|finding| step(finding.code)).min() else { return };
     let mut of_geometry = findings.split_off(start);
-    of_geometry.retain(|finding| level(finding) == first || level(finding) == 9);
+    of_geometry.retain(|finding| step(finding.code) == first || finding.code >= 900);
     findings.append(&mut of_geometry);
+}
+
+/// The steps in which val3dity checks: all faces by themselves, rings and polygons; the number of faces of a shell, how they
+/// join, whether they hang together, whether they close, what crosses, which way they look; the shells of a solid; the
+/// solids of a composite by pairs and then as a whole.
+fn step(code: u16) -> u16 {
+    match code {
+        101..=299 => 1,
+        301 => 2,
+        303 | 307 => 3,
+        305 => 4,
+        302 => 5,
+        306 => 6,
+        405 => 7,
+        401..=404 => 8,
+        501 | 502 => 9,
+        503 => 10,
+        _ => 11,
+    }
 }
 
 pub(super) fn name(kind: &GeometryKind) -> &'static str {

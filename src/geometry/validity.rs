@@ -3,11 +3,11 @@
 //! The rules and the words are those of the crate geo, which compares every edge of a ring with every other: ten thousand
 //! vertices then take seconds. Here edges, and polygons, are compared where their boxes meet.
 
+use super::Boxes;
 use geo::algorithm::validation::{CoordIndex, GeometryIndex, InvalidMultiPolygon, InvalidPolygon, RingRole};
 use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
 use geo::{BoundingRect, Intersects, Line, LineString, MultiPolygon, Polygon, PreparedGeometry, Relate, Validation};
-use super::Boxes;
 
 /// Rings of up to so many edges are left to geo: a tree costs more than it saves.
 const SMALL: usize = 32;
@@ -44,6 +44,9 @@ pub fn check(polygons: &MultiPolygon<f64>) -> Result<(), InvalidMultiPolygon> {
 }
 
 fn check_polygon(polygon: &Polygon<f64>) -> Result<(), InvalidPolygon> {
+    if polygon.exterior().0.is_empty() {
+        return Ok(());
+    }
     let rings = || std::iter::once(polygon.exterior()).chain(polygon.interiors());
     if polygon.interiors().is_empty() && rings().all(|ring| ring.0.len() <= SMALL) {
         return polygon.check_validation();
@@ -158,11 +161,15 @@ mod tests {
 
     #[test]
     fn parts_may_touch_in_points_alone() {
-        let square = |x: f64, y: f64| polygon![(x: x, y: y), (x: x + 2.0, y: y), (x: x + 2.0, y: y + 2.0), (x: x, y: y + 2.0)];
+        let square =
+            |x: f64, y: f64| polygon![(x: x, y: y), (x: x + 2.0, y: y), (x: x + 2.0, y: y + 2.0), (x: x, y: y + 2.0)];
         let first_and = |other: Polygon<f64>| check(&MultiPolygon(vec![square(0.0, 0.0), square(9.0, 9.0), other]));
         assert_eq!(first_and(square(2.0, 2.0)), Ok(()));
         let pair = (GeometryIndex(0), GeometryIndex(2));
-        assert_eq!(first_and(square(2.0, 0.0)), Err(InvalidMultiPolygon::ElementsTouchOnALine(pair.0.clone(), pair.1.clone())));
+        assert_eq!(
+            first_and(square(2.0, 0.0)),
+            Err(InvalidMultiPolygon::ElementsTouchOnALine(pair.0.clone(), pair.1.clone()))
+        );
         assert_eq!(first_and(square(1.0, 1.0)), Err(InvalidMultiPolygon::ElementsOverlaps(pair.0, pair.1)));
     }
 

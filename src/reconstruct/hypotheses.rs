@@ -18,7 +18,7 @@ use crate::site::Site;
 /// Planes with more verticality than this are walls (paper, section 3.2).
 pub(super) const WALL_VERTICALITY: f64 = 0.9;
 /// An outline with more corners than this is too jagged for a model with all of them, whose cost grows with their square.
-pub(super) const MOST_WALLS: usize = 2_000;
+pub(super) const MOST_WALLS: usize = 5_000;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
 const SIDE_MARGIN: f64 = 1.0;
 /// Without a footprint the roof map ends where points do, give or take a pixel and the noise: so much farther, metres, the
@@ -81,7 +81,7 @@ impl Hypotheses {
     /// Concludes from the planes that were detected where roofs lie and walls stand.
     ///
     /// # Errors
-    /// Fails where the points show no roof above the ground, or the outline has more than [`MOST_WALLS`] corners.
+    /// Fails where the points show no roof above the ground, or the outline has more corners than a model can have.
     pub fn new(site: &Site, detected: &Detected, parameters: &Parameters) -> Result<Self, Failure> {
         let mut roofs = detected.roofs.clone();
         if roofs.is_empty() {
@@ -91,7 +91,8 @@ impl Hypotheses {
         let (footprint, edges) = outer.map_or((None, Vec::new()), |walls| (Some(walls.outline), walls.traces));
         if edges.len() > MOST_WALLS {
             let tolerance = parameters.footprint_tolerance;
-            let detail = format!("the outline has {} corners to within {tolerance} m, more than {MOST_WALLS}", edges.len());
+            let detail =
+                format!("the outline has {} corners to within {tolerance} m, more than {MOST_WALLS}", edges.len());
             return Err(Failure::new(Reason::TooComplex, detail));
         }
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)

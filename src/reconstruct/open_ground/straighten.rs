@@ -26,7 +26,8 @@ pub(super) fn straightened(outline: &MultiPolygon<f64>, main: &[Vector2<f64>]) -
         let interiors = polygon.interiors().iter().map(ring).collect::<Option<Vec<_>>>()?;
         let straight = Polygon::new(exterior, interiors);
         let changed = |straight: &Polygon<f64>| straight.xor(polygon).unsigned_area();
-        (validity::is_valid_polygon(&straight) && changed(&straight) <= MOST_CHANGED * polygon.unsigned_area()).then_some(straight)
+        (validity::is_valid_polygon(&straight) && changed(&straight) <= MOST_CHANGED * polygon.unsigned_area())
+            .then_some(straight)
     };
     let simplified = |polygon: &Polygon<f64>| footprint_edges::simplify(&polygon.clone().into(), TOLERANCE).0;
     MultiPolygon(outline.iter().flat_map(|p| straight(p).map_or_else(|| simplified(p), |p| vec![p])).collect())

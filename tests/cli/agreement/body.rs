@@ -78,7 +78,10 @@ impl Body {
     }
 
     fn boundaries(&self, first: usize) -> Vec<Vec<Vec<usize>>> {
-        self.faces.iter().map(|face| face.iter().map(|ring| ring.iter().map(|v| v + first).collect()).collect()).collect()
+        self.faces
+            .iter()
+            .map(|face| face.iter().map(|ring| ring.iter().map(|v| v + first).collect()).collect())
+            .collect()
     }
 }
 
@@ -171,10 +174,10 @@ pub fn parts(bodies: &[Body]) -> File {
 /// A template of a body, and an instance of it that is as many times as large along each axis.
 pub fn template(body: &Body, scale: [f64; 3]) -> Value {
     let shell = body.boundaries(0);
-    let matrix: Vec<f64> = (0..16)
-        .map(|i| if i % 5 == 0 { scale.get(i / 5).copied().unwrap_or(1.0) } else { 0.0 })
-        .collect();
-    let instance = json!({"type": "GeometryInstance", "template": 0, "boundaries": [0], "transformationMatrix": matrix});
+    let matrix: Vec<f64> =
+        (0..16).map(|i| if i % 5 == 0 { scale.get(i / 5).copied().unwrap_or(1.0) } else { 0.0 }).collect();
+    let instance =
+        json!({"type": "GeometryInstance", "template": 0, "boundaries": [0], "transformationMatrix": matrix});
     let mut file = File { vertices: vec![[0.0; 3]], ..File::default() };
     file.object("a", "GenericCityObject", instance);
     let mut whole = file.whole();

@@ -52,10 +52,13 @@ fn the_codes_are_those_of_val3dity_but_for_reasons() {
         }
         let agrees = codes(&file, &BY_ITS_RULES) == val3dity;
         if agrees != why.is_empty() {
-            wrong.push(format!("{name}: by val3dity's rules {:?}, val3dity {val3dity:?}; {why}", codes(&file, &BY_ITS_RULES)));
+            wrong.push(format!(
+                "{name}: by val3dity's rules {:?}, val3dity {val3dity:?}; {why}",
+                codes(&file, &BY_ITS_RULES)
+            ));
         }
         let asked = asked(&file);
-        if let Some(said) = asked.filter(|said| said.as_deref() != Some(val3dity)) {
+        if let Some(said) = asked.filter(|said| said.as_deref().unwrap_or_default() != val3dity) {
             wrong.push(format!("{name}: val3dity says {said:?}, and the table {val3dity:?}"));
         }
     }
@@ -66,12 +69,13 @@ fn the_codes_are_those_of_val3dity_but_for_reasons() {
 const REPORTED: &[(&str, &[u16], &[u16])] = &[
     ("20-normals-204.city.jsonl", &[204], &[204]),
     ("21-overlapping-parts-601.json", &[601], &[601]),
-    ("22-geometry-template-203.json", &[203], &[203]),
+    // One of its faces is so twisted that its halves cancel: to gable it has no area.
+    ("22-geometry-template-203.json", &[203], &[104, 203]),
     ("23-composite-501.json", &[501], &[501]),
     // Vertices that are exactly the snap distance apart are one, whatever stands around them.
     ("validator/102-at-exactly-1mm-face.city.json", &[], &[102]),
     ("validator/102-at-exactly-1mm-feature.city.json", &[], &[102]),
-    ("validator/104-rotterdam-1mm.city.json", &[104], &[104]),
+    ("validator/104-rotterdam-1mm.city.json", &[104], &[102]),
     ("validator/204-3dbag.city.json", &[204], &[204]),
     ("validator/204-gable-output-bag-020.city.json", &[204], &[204]),
     ("validator/204-gable-output-bag-025.city.json", &[204], &[204]),
@@ -85,7 +89,7 @@ const REPORTED: &[(&str, &[u16], &[u16])] = &[
     ("validator/dummy.json", &[102, 104, 203], &[102, 104, 203]),
     ("validator/empty_primitive.json", &[902], &[902]),
     // It has no transform; what is in it is checked all the same.
-    ("validator/notransform.city.jsonl", &[901], &[901]),
+    ("validator/notransform.city.jsonl", &[901], &[203, 901]),
 ];
 
 #[test]
@@ -104,7 +108,7 @@ fn reported_files_have_the_codes_of_val3dity() {
         if found != *gable {
             wrong.push(format!("{name}: {found:?} found, {gable:?} expected"));
         }
-        if let Some(said) = asked(&file).filter(|said| said.as_deref() != Some(*val3dity)) {
+        if let Some(said) = asked(&file).filter(|said| said.as_deref().unwrap_or_default() != *val3dity) {
             wrong.push(format!("{name}: val3dity says {said:?}, and the table {val3dity:?}"));
         }
     }
