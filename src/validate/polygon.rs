@@ -31,7 +31,7 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
 }
 
 /// Largest distance of a vertex to the least-squares plane of all vertices of the face, metres.
-fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
+pub(super) fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
     let points: Vec<_> = face.rings.iter().flatten().map(|&v| solid.point(v)).collect();
     if points.len() <= 3 {
         return Some(0.0);

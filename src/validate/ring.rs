@@ -1,5 +1,6 @@
 //! Rings by themselves: codes 101, 102 and 104.
 
+use super::polygon::off_plane;
 use super::predicates::{Meeting, Point2, Projection, edges, meet, newell};
 use super::snap::Snap;
 use super::{Fault, Place, Tolerances};
@@ -19,7 +20,9 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
             faults.push(Fault::new(101, place, format!("{} vertices; a ring needs three", ring.len())));
         } else if let Some(message) = repeated(solid, ring, tolerances.snap) {
             faults.push(Fault::new(102, place, message));
-        } else if let Some(message) = projection.map_or(Some(COLLAPSED.into()), |p| intersection(solid, ring, p)) {
+        } else if let Some(message) = projection.map_or(Some(COLLAPSED.into()), |p| intersection(solid, ring, p))
+            && (message != COLLAPSED || !is_twisted(solid, face, tolerances))
+        {
             faults.push(Fault::new(104, place, message));
         }
     }
@@ -27,6 +30,11 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
 }
 
 const COLLAPSED: &str = "the ring has no area";
+
+/// Whether a face is so far off its plane (203) that an edge may stand on the projection, or the areas of its parts cancel.
+fn is_twisted(solid: &Solid, face: &Face, tolerances: &Tolerances) -> bool {
+    off_plane(solid, face).is_some_and(|off| off > tolerances.planarity)
+}
 
 /// Neighbouring vertices that are no farther apart than `snap` metres.
 fn repeated(solid: &Solid, ring: &[u32], snap: f64) -> Option<String> {

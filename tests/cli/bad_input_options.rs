@@ -82,7 +82,8 @@ fn pipes_and_devices_are_told_and_do_not_hang() {
     assert_ends(&gable(["info".as_ref(), footprints.as_os_str()]), 1, &["pipe.geojson: found a pipe, not a file"]);
     // Whatever else is read from a file.
     for option in ["--dtm", "--model"] {
-        let run = run_in(folder.path(), "house.laz", "f.geojson", &format!("{option} {}", footprints.display()));
+        let run =
+            run_in(folder.path(), "house.laz", "footprints.geojson", &format!("{option} {}", footprints.display()));
         assert_ends(&run, 1, &["pipe.geojson: found a pipe, not a file"]);
     }
     let model = data("reference_3dbag_lod22.city.jsonl");

@@ -90,6 +90,10 @@ fn polygons() -> Vec<Case> {
             .with(2, &[&[0, 1, 5, 8, 4]])
             .with(4, &[&[2, 3, 7, 9, 6]])
     };
+    let twisted = Body {
+        vertices: vec![[0.0, 0.0, 0.0], [-3.0, 0.0, 0.0], [-1.5, -6.0, 9.0], [-2.0, -1.0, 9.0]],
+        faces: vec![vec![vec![0, 1, 2, 3]]],
+    };
     let second = |more: &[[f64; 3]]| {
         let rings: [Vec<usize>; 2] = [(8..12).collect(), (12..12 + more.len()).collect()];
         house().and(&hole).and(more).with(1, &[&[4, 5, 6, 7], &rings[0], &rings[1]])
@@ -110,6 +114,8 @@ fn polygons() -> Vec<Case> {
         ),
         case("203", solid(ridged(1.5)), &[203], &[203]),
         case("203_2", solid(ridged(0.1)), &[203], &[203]),
+        // One of its edges stands upright on the projection in which most of it is seen.
+        case("203 of a twisted face", surface("MultiSurface", &twisted), &[203], &[203]),
         case("203 between 1 mm and 1 cm", solid(ridged(0.01)), &[], &[203]),
         case("204_1", solid(folded(0.000_9)), &[204], &[204]),
         case("204_valid_1", solid(ridged(0.001)), &[], &[]),

@@ -84,16 +84,21 @@ fn without_hairlines(footprint: &MultiPolygon<f64>) -> MultiPolygon<f64> {
 /// A polygon of very many vertices without those that it can do without if it stands back by up to `reach` metres, spikes
 /// narrower than that included.
 fn pared(polygon: &Polygon<f64>, reach: f64) -> Polygon<f64> {
-    let mut rings = rings(polygon);
-    if rings.iter().map(Vec::len).sum::<usize>() <= MANY {
+    let given = rings(polygon);
+    if given.iter().map(Vec::len).sum::<usize>() <= MANY {
         return polygon.clone();
     }
-    for ring in &mut rings {
-        drop_needles(ring, reach, f64::NEG_INFINITY);
-        *ring = footprint_edges::needed_within(ring, reach).into_iter().map(|i| ring[i]).collect();
-    }
-    let pared = of_rings(rings);
-    if validity::is_valid_polygon(&pared) && pared.unsigned_area() > 0.0 { pared } else { polygon.clone() }
+    let pared = |reach: f64| {
+        let mut rings = given.clone();
+        for ring in &mut rings {
+            drop_needles(ring, reach, f64::NEG_INFINITY);
+            *ring = footprint_edges::needed_within(ring, reach).into_iter().map(|i| ring[i]).collect();
+        }
+        Some(of_rings(rings)).filter(|pared| validity::is_valid_polygon(pared) && pared.unsigned_area() > 0.0)
+    };
+    // The farther, the sooner two stretches of the outline cross.
+    let halved = std::iter::successors(Some(reach), |reach| Some(reach / 2.0));
+    halved.take(ATTEMPTS).find_map(pared).unwrap_or_else(|| polygon.clone())
 }
 
 /// The polygon of rings that are not closed.
