@@ -21,6 +21,8 @@ pub(super) struct Primitive<'a> {
     /// Its solids, each its shells; the faces of a surface are one shell.
     pub solids: Vec<Vec<Solid>>,
     pub valid: bool,
+    /// Whether its solids have an inside that can be held against that of others.
+    pub has_inside: bool,
 }
 
 /// Checks a top-level object with its children.
@@ -55,8 +57,8 @@ pub(super) fn check(
             if options.first_level {
                 keep_first_level(&mut errors, before);
             }
-            let valid = errors.len() == before;
-            primitives.push(Primitive { object, geometry, id, solids, valid });
+            let (valid, has_inside) = (errors.len() == before, have_inside(&errors[before..], options));
+            primitives.push(Primitive { object, geometry, id, solids, valid, has_inside });
         }
     }
     errors.extend(overlaps(&primitives, &grid, options));
@@ -72,13 +74,38 @@ pub(super) fn check(
     }
 }
 
-/// Of the findings from `start` on, those of the lowest level. What cannot be read (9xx) belongs to none and stays.
+/// Whether solids with these faults still have an inside: faces a little off their planes close it as flat ones do. Where only
+/// the first level is asked for, the next one waits for a sound one, as in val3dity.
+fn have_inside(faults: &[Finding], options: &Options) -> bool {
+    faults.iter().all(|fault| matches!(fault.code, 203 | 204) && !options.first_level)
+}
+
+/// Of the findings from `start` on, those of the first step that val3dity would have ended with. What cannot be read (9xx)
+/// belongs to none and stays.
 fn keep_first_level(findings: &mut Vec<Finding>, start: usize) {
-    let level = |finding: &Finding| finding.code / 100;
-    let Some(first) = findings[start..].iter().map(level).min() else { return };
+    let Some(first) = findings[start..].iter().map(|finding| step(finding.code)).min() else { return };
     let mut of_geometry = findings.split_off(start);
-    of_geometry.retain(|finding| level(finding) == first || level(finding) == 9);
+    of_geometry.retain(|finding| step(finding.code) == first || finding.code >= 900);
     findings.append(&mut of_geometry);
+}
+
+/// The steps in which val3dity checks: all faces by themselves, rings and polygons; the number of faces of a shell, how they
+/// join, whether they hang together, whether they close, what crosses, which way they look; the shells of a solid; the
+/// solids of a composite by pairs and then as a whole.
+fn step(code: u16) -> u16 {
+    match code {
+        101..=299 => 1,
+        301 => 2,
+        303 | 307 => 3,
+        305 => 4,
+        302 => 5,
+        306 => 6,
+        405 => 7,
+        401..=404 => 8,
+        501 | 502 => 9,
+        503 => 10,
+        _ => 11,
+    }
 }
 
 pub(super) fn name(kind: &GeometryKind) -> &'static str {
@@ -142,11 +169,11 @@ pub(super) fn geometry_faults(
             shells.push(shell);
         }
         let shells: Vec<Solid> = shells.into_iter().map(|shell: Shell| shell.solid).collect();
-        if errors.len() == before && shells.len() > 1 {
+        if have_inside(&errors[before..], options) && shells.len() > 1 {
             let found = solid::check_voids(&shells);
             errors.extend(found.iter().map(|f| finding(&f.fault, &format!("{place}|shell={}", f.shell), &[])));
         }
-        sound &= errors.len() == before;
+        sound &= have_inside(&errors[before..], options);
         solids.push(shells);
     }
     if sound && geometry.kind == GeometryKind::CompositeSolid {
@@ -210,9 +237,9 @@ pub(super) fn label(geometry: &Geometry, face: &Face) -> Label {
     }
 }
 
-/// 601: valid solids of one level of detail that overlap though they belong to different objects of a building.
+/// 601: solids of one level of detail that overlap though they belong to different objects of a building.
 fn overlaps(primitives: &[Primitive], grid: &Grid, options: &Options) -> Vec<Finding> {
-    let solid = |p: &&Primitive| p.valid && is_building(p.object) && p.geometry.kind == GeometryKind::Solid;
+    let solid = |p: &&Primitive| p.has_inside && is_building(p.object) && p.geometry.kind == GeometryKind::Solid;
     let solids: Vec<&Primitive> = primitives.iter().filter(solid).collect();
     let mut found = Vec::new();
     for (j, later) in solids.iter().enumerate() {

@@ -15,6 +15,7 @@ use super::hints;
 use super::report::Finding;
 use super::warnings::Warnings;
 use crate::guard::guarded;
+use crate::source::open;
 
 /// Objects that are checked at a time.
 const BATCH: usize = 2_000;
@@ -209,7 +210,8 @@ impl Schema {
         for (name, url) in declared {
             let file = url.rsplit('/').next().unwrap_or(&url);
             let beside = self.path.with_file_name(file);
-            let text = std::fs::read_to_string(&beside).ok().filter(|_| !file.is_empty());
+            let bytes = open::whole(&beside, "the schema of an extension").ok().filter(|_| !file.is_empty());
+            let text = bytes.and_then(|bytes| String::from_utf8(bytes).ok());
             if let Some(text) =
                 text.filter(|text| serde_json::from_str::<Value>(text).is_ok_and(|json| json.is_object()))
             {

@@ -139,9 +139,11 @@ pub fn main(args: &Args) -> Outcome {
     if let Some(path) = &args.metadata {
         write_json(path, &outcome.metadata)?;
     }
-    if verbosity > Verbosity::Quiet {
-        for report in &outcome.reports {
+    for report in &outcome.reports {
+        if verbosity > Verbosity::Quiet {
             print(&summary::summary(report))?;
+        } else if let Some(text) = summary::shortfall(report) {
+            say(&text);
         }
     }
     Ok(outcome.exit_code)

@@ -204,6 +204,8 @@ pub fn main(args: Args) -> Outcome {
         } else {
             print(&text)?;
         }
+    } else if let Some(text) = summary::shortfall(&report) {
+        say(&text);
     }
     if with_page {
         view::of_run(&report, &job, verbosity)?;

@@ -131,6 +131,28 @@ pub fn summary(report: &Report) -> String {
     out
 }
 
+/// How many warnings a line has room for.
+const TOLD: usize = 3;
+
+/// Why the exit code is not 0, in one line: all that is said of a run of which nothing but errors is to be said.
+pub fn shortfall(report: &Report) -> Option<String> {
+    let counts = &report.counts;
+    let bad = report.inputs.tiles.iter().filter(|tile| tile.left_out || tile.missing_points > 0).count();
+    let parts = [
+        (counts.lacking, "building(s) lack a model"),
+        (counts.not_reached, "building(s) were not reached"),
+        (bad, "tile(s) could not be read or not wholly"),
+    ];
+    let parts = parts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}"));
+    let mut said: Vec<String> = match report.exit_code {
+        0 => return None,
+        1 => vec!["no building has a model".to_owned()],
+        _ => parts.collect(),
+    };
+    said.extend(report.warnings.iter().rev().take(TOLD).cloned());
+    Some(format!("error: {}", said.join("; ")))
+}
+
 /// The tiles that could not be read, or not wholly.
 fn bad_tiles(report: &Report) -> String {
     let bad: Vec<_> = report.inputs.tiles.iter().filter(|tile| tile.left_out || tile.missing_points > 0).collect();

@@ -2,14 +2,19 @@
 //!
 //! Exact arithmetic, where topology is decided, lives with the [cell complex](crate::reconstruct::complex).
 
+mod boxes;
 mod cover;
+mod linked;
 mod plane;
 mod prepared;
 mod random;
 mod scattered;
 mod triangulate;
+pub mod validity;
 
+pub(crate) use boxes::Boxes;
 pub use cover::{Cover, projected_area};
+pub(crate) use linked::Linked;
 pub use plane::Plane;
 pub use prepared::PreparedPolygon;
 pub use random::{Random, hash, seed_of};

@@ -9,7 +9,6 @@
 //! | `name`, `card` | what the network is called, and its model card as Markdown |
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::Path;
 
 use safetensors::{Dtype, SafeTensors};
@@ -17,6 +16,7 @@ use safetensors::{Dtype, SafeTensors};
 use crate::error::{Error, InputError, Result};
 use crate::reconstruct::occupancy::inputs::{PATCH_CHANNELS, PLACE_CHANNELS, RASTER_CHANNELS};
 use crate::reconstruct::occupancy::network::Interface;
+use crate::source::open;
 
 /// The version of the interface that this code speaks.
 const VERSION: &str = "1";
@@ -46,7 +46,7 @@ impl NetworkFile {
     /// # Errors
     /// Fails when the file cannot be read or [is no network](Self::parse).
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes = fs::read(path).map_err(|error| Error::io(path, "read", error))?;
+        let bytes = open::whole(path, "a network")?;
         Self::parse(&bytes, path)
     }
 

@@ -10,16 +10,16 @@ mod runtime;
 #[cfg(test)]
 mod tests;
 
-use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::reconstruct::occupancy::network::Interface;
 use crate::reconstruct::occupancy::{CellRule, HeightField, Neural, Occupancy};
+use crate::source::open;
 
 pub use file::NetworkFile;
 pub use onnx::OnnxNetwork;
@@ -131,7 +131,7 @@ impl FieldOptions {
             None => None,
             Some(path) => {
                 let mut hasher = DefaultHasher::new();
-                fs::read(path).map_err(|error| Error::io(path, "read", error))?.hash(&mut hasher);
+                open::whole(path, "a network")?.hash(&mut hasher);
                 Some(hasher.finish())
             }
         };

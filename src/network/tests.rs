@@ -98,7 +98,7 @@ fn a_file_that_does_not_fit_is_refused_with_what_differs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.safetensors");
     let load = |bytes: &[u8], field: Field| {
-        fs::write(&path, bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
         FieldOptions { field, model: Some(path.clone()), ..FieldOptions::default() }.load().unwrap_err().to_string()
     };
     for (bytes, field, message) in [

@@ -17,6 +17,8 @@ use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
 pub(super) const WALL_VERTICALITY: f64 = 0.9;
+/// An outline with more corners than this is too jagged for a model with all of them, whose cost grows with their square.
+pub(super) const MOST_WALLS: usize = 5_000;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.
 const SIDE_MARGIN: f64 = 1.0;
 /// Without a footprint the roof map ends where points do, give or take a pixel and the noise: so much farther, metres, the
@@ -79,7 +81,7 @@ impl Hypotheses {
     /// Concludes from the planes that were detected where roofs lie and walls stand.
     ///
     /// # Errors
-    /// Fails where the points show no roof above the ground.
+    /// Fails where the points show no roof above the ground, or the outline has more corners than a model can have.
     pub fn new(site: &Site, detected: &Detected, parameters: &Parameters) -> Result<Self, Failure> {
         let mut roofs = detected.roofs.clone();
         if roofs.is_empty() {
@@ -87,6 +89,12 @@ impl Hypotheses {
         }
         let outer = site.footprint.as_ref().map(|footprint| Walls::new(footprint, parameters.footprint_tolerance));
         let (footprint, edges) = outer.map_or((None, Vec::new()), |walls| (Some(walls.outline), walls.traces));
+        if edges.len() > MOST_WALLS {
+            let tolerance = parameters.footprint_tolerance;
+            let detail =
+                format!("the outline has {} corners to within {tolerance} m, more than {MOST_WALLS}", edges.len());
+            return Err(Failure::new(Reason::TooComplex, detail));
+        }
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
         let bounds = bounds(site, &roofs, footprint.as_ref(), detected.noise)?;

@@ -269,7 +269,14 @@ fn attempt_with(
     field: &dyn Occupancy,
 ) -> Attempt {
     let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
+    let roofs = detected.roof_inliers();
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
+    if solved.as_ref().is_err_and(|failure| failure.reason == Reason::TooComplex) && solution.roof_points.is_empty() {
+        // A block needs no more than the heights of the roofs.
+        let mut heights: Vec<f64> = roofs.iter().filter_map(|&i| Some(whole.points.get(i as usize)?.z)).collect();
+        solution.measures.roof_heights = measures::roof_heights(&mut heights);
+        solution.roof_points = roofs;
+    }
     let Solution { measures, outline, solids, roof_points, strays } = solution;
     let scanned = fit::Scanned {
         site,

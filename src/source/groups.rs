@@ -5,13 +5,13 @@
 //! of its points, and child groups of the same form. The binary form is little-endian with 32-bit integers and floats.
 //! Only points and indices are used: planes are refitted, because the stored ones are often zero.
 
-use std::fs;
 use std::path::Path;
 
 use nalgebra::Point3;
 
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::reconstruct::primitives::Primitive;
+use crate::source::open;
 
 /// Points and the groups they form.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ impl PointGroups {
 /// are not there; the error says where.
 pub fn read(path: impl AsRef<Path>) -> Result<PointGroups> {
     let path = path.as_ref();
-    let bytes = fs::read(path).map_err(|source| Error::io(path, "read", source))?;
+    let bytes = open::whole(path, "groups of points (.vg, .bvg)")?;
     let is_binary = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bvg"));
     let parsed = if is_binary {
         parse(&mut Binary { bytes: &bytes, at: 0 })
@@ -261,6 +261,7 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::error::Error;
 
     const SQUARE: &str =
         "num_points: 5\n0 0 1 2 0 1 2 2 1 0 2 1 1 0 1\nnum_colors: 1\n1 0 0\nnum_normals: 0\nnum_groups: 3
@@ -276,7 +277,7 @@ group_num_point: 3\n3 2 1";
     fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
-        fs::write(&path, bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
         (folder, path)
     }
 

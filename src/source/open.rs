@@ -18,6 +18,17 @@ pub(crate) fn regular(path: &Path, expected: &str) -> Result<(File, u64)> {
     File::open(path).map(|file| (file, meta.len())).map_err(|e| Error::io(path, "open", e))
 }
 
+/// The bytes of a file that is read as a whole; `expected` is for the message.
+///
+/// # Errors
+/// As [`regular`], and it cannot be read.
+pub(crate) fn whole(path: &Path, expected: &str) -> Result<Vec<u8>> {
+    let (mut file, _) = regular(path, expected)?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+    Ok(bytes)
+}
+
 /// Opens a file that is read once from its beginning to its end, which may be a pipe, or standard input (`-`), which may
 /// be opened again.
 ///

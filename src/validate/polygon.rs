@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::predicates::{Meeting, Point2, Position, Projection, edges, locate, meet, newell};
+use super::predicates::{Meeting, Point2, Position, Projection, edges, locate_among, meet, newell};
 use super::triangulation::triangulate;
 use super::{Fault, Place, Tolerances};
-use crate::geometry::Plane;
+use crate::geometry::{Boxes, Plane};
 use crate::solid::{Face, Solid};
 
 /// The faults of a face whose rings are sound by themselves: 201 rings cross or share a piece of an edge, 202 two
@@ -31,7 +31,7 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
 }
 
 /// Largest distance of a vertex to the least-squares plane of all vertices of the face, metres.
-fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
+pub(super) fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
     let points: Vec<_> = face.rings.iter().flatten().map(|&v| solid.point(v)).collect();
     if points.len() <= 3 {
         return Some(0.0);
@@ -43,24 +43,22 @@ fn off_plane(solid: &Solid, face: &Face) -> Option<f64> {
 /// 201, 202, 205, 206, 207 and 208.
 fn rings(solid: &Solid, id: u32, face: &Face) -> Vec<Fault> {
     let Some(projection) = Projection::along(newell(solid, &face.rings[0])) else { return Vec::new() };
-    let rings: Vec<Vec<Point2>> = face.rings.iter().map(|ring| projection.ring(solid, ring)).collect();
+    let rings: Vec<Indexed> = face.rings.iter().map(|ring| Indexed::new(projection.ring(solid, ring))).collect();
     let mut faults = Vec::new();
     let mut touches: Vec<(Point2, usize)> = Vec::new();
     for i in 0..rings.len() {
         for j in i + 1..rings.len() {
             let place = Place::Ring(id, j as u32);
-            if same(&rings[i], &rings[j]) {
+            if same(&rings[i].points, &rings[j].points) {
                 faults.push(Fault::new(202, place, format!("the ring is the same as ring {i}")));
                 continue;
             }
             let mut crosses = false;
-            for (a, b) in edges(&rings[i]) {
-                for (c, d) in edges(&rings[j]) {
-                    match meet([a, b], [c, d]) {
-                        Meeting::Apart => {}
-                        Meeting::Touch(point) => touches.extend([(point, i), (point, j)]),
-                        Meeting::Cross | Meeting::Overlap => crosses = true,
-                    }
+            for (e, f) in rings[i].meeting(&rings[j]) {
+                match meet(e, f) {
+                    Meeting::Apart => {}
+                    Meeting::Touch(point) => touches.extend([(point, i), (point, j)]),
+                    Meeting::Cross | Meeting::Overlap => crosses = true,
                 }
             }
             let of_j = relation(&rings[i], &rings[j]);
@@ -75,7 +73,7 @@ fn rings(solid: &Solid, id: u32, face: &Face) -> Vec<Fault> {
     }
     for (r, ring) in rings.iter().enumerate() {
         // In its own projection the exterior is counter-clockwise.
-        if (twice_area(ring) > 0) != (r == 0) {
+        if (twice_area(&ring.points) > 0) != (r == 0) {
             faults.push(Fault::new(208, Place::Ring(id, r as u32), "the hole turns the same way as the exterior"));
         }
     }
@@ -83,6 +81,46 @@ fn rings(solid: &Solid, id: u32, face: &Face) -> Vec<Fault> {
         faults.push(Fault::new(205, Place::Face(id), "holes cut the interior of the face in pieces"));
     }
     faults
+}
+
+/// From so many vertices on, a tree of the edges is faster than all of them.
+const FEW: usize = 64;
+
+/// A ring whose edges are found by their place, where they are many.
+struct Indexed {
+    points: Vec<Point2>,
+    boxes: Option<Boxes>,
+}
+
+impl Indexed {
+    fn new(points: Vec<Point2>) -> Self {
+        let boxes = (points.len() > FEW).then(|| Boxes::of_segments(edges(&points).map(|(a, b)| [a, b]), 0));
+        Self { points, boxes }
+    }
+
+    fn edge(&self, i: usize) -> [Point2; 2] {
+        [self.points[i], self.points[(i + 1) % self.points.len()]]
+    }
+
+    /// The pairs of an edge of either that may meet.
+    fn meeting(&self, other: &Self) -> Vec<([Point2; 2], [Point2; 2])> {
+        if let (None, None) = (&self.boxes, &other.boxes) {
+            let others = || edges(&other.points).map(|(c, d)| [c, d]);
+            return edges(&self.points).flat_map(|(a, b)| others().map(move |f| ([a, b], f))).collect();
+        }
+        let boxes = |ring: &Self| Boxes::of_segments(edges(&ring.points).map(|(a, b)| [a, b]), 0);
+        let pairs = boxes(self).meeting(&boxes(other)).collect::<Vec<_>>();
+        pairs.into_iter().map(|(i, j)| (self.edge(i), other.edge(j))).collect()
+    }
+
+    /// Where a place is with respect to the ring, in halves of a step.
+    fn locate_half(&self, place: Point2) -> Position {
+        let double = |(a, b): (Point2, Point2)| (a.map(|c| 2 * c), b.map(|c| 2 * c));
+        let Some(boxes) = &self.boxes else { return locate_among(edges(&self.points).map(double), place) };
+        let [x, y] = place.map(|c| c as f64 / 2.0);
+        let on_ray = boxes.at([[x, y], [f64::MAX, y]]);
+        locate_among(on_ray.into_iter().map(|i| double(self.edge(i).into())), place)
+    }
 }
 
 fn same(a: &[Point2], b: &[Point2]) -> bool {
@@ -107,12 +145,11 @@ enum Relation {
 
 /// Where the vertices of `inner` are with respect to `outer`: those on its border say nothing. The rings do not cross,
 /// so a ring with all its vertices on the border is judged by the middle of its edges.
-fn relation(outer: &[Point2], inner: &[Point2]) -> Relation {
-    let doubled: Vec<Point2> = outer.iter().map(|p| p.map(|c| 2 * c)).collect();
+fn relation(outer: &Indexed, inner: &Indexed) -> Relation {
     let (mut within, mut apart) = (false, false);
-    for (a, b) in edges(inner) {
+    for (a, b) in edges(&inner.points) {
         for probe in [a.map(|c| 2 * c), [a[0] + b[0], a[1] + b[1]]] {
-            match locate(&doubled, probe) {
+            match outer.locate_half(probe) {
                 Position::Inside => within = true,
                 Position::Outside => apart = true,
                 Position::Border => {}

@@ -140,8 +140,13 @@ pub(super) enum Position {
 
 /// Where `p` is with respect to a simple ring.
 pub(super) fn locate(ring: &[Point2], p: Point2) -> Position {
+    locate_among(edges(ring), p)
+}
+
+/// The same by those edges of the ring that meet the ray from `p` to the right.
+pub(super) fn locate_among(edges: impl Iterator<Item = (Point2, Point2)>, p: Point2) -> Position {
     let mut inside = false;
-    for (a, b) in edges(ring) {
+    for (a, b) in edges {
         if on_segment(a, b, p) {
             return Position::Border;
         }

@@ -1,8 +1,10 @@
 //! Rings by themselves: codes 101, 102 and 104.
 
+use super::polygon::off_plane;
 use super::predicates::{Meeting, Point2, Projection, edges, meet, newell};
 use super::snap::Snap;
 use super::{Fault, Place, Tolerances};
+use crate::geometry::Boxes;
 use crate::solid::{Face, Solid};
 
 /// The faults of the rings of a face:
@@ -18,7 +20,9 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
             faults.push(Fault::new(101, place, format!("{} vertices; a ring needs three", ring.len())));
         } else if let Some(message) = repeated(solid, ring, tolerances.snap) {
             faults.push(Fault::new(102, place, message));
-        } else if let Some(message) = projection.map_or(Some(COLLAPSED.into()), |p| intersection(solid, ring, p)) {
+        } else if let Some(message) = projection.map_or(Some(COLLAPSED.into()), |p| intersection(solid, ring, p))
+            && (message != COLLAPSED || !is_twisted(solid, face, tolerances))
+        {
             faults.push(Fault::new(104, place, message));
         }
     }
@@ -26,6 +30,11 @@ pub fn check(solid: &Solid, id: u32, face: &Face, tolerances: &Tolerances) -> Ve
 }
 
 const COLLAPSED: &str = "the ring has no area";
+
+/// Whether a face is so far off its plane (203) that an edge may stand on the projection, or the areas of its parts cancel.
+fn is_twisted(solid: &Solid, face: &Face, tolerances: &Tolerances) -> bool {
+    off_plane(solid, face).is_some_and(|off| off > tolerances.planarity)
+}
 
 /// Neighbouring vertices that are no farther apart than `snap` metres.
 fn repeated(solid: &Solid, ring: &[u32], snap: f64) -> Option<String> {
@@ -54,8 +63,8 @@ fn intersection(solid: &Solid, ring: &[u32], projection: Projection) -> Option<S
             Meeting::Cross | Meeting::Overlap => true,
         }
     };
-    let pair = if n > SWEPT {
-        sweep(n, edge, faulty)
+    let pair = if n > FEW {
+        by_tree(n, edge, faulty)
     } else {
         (0..n).find_map(|i| (i + 1..n).find(|&j| faulty(i, j)).map(|j| (i, j)))
     };
@@ -63,28 +72,20 @@ fn intersection(solid: &Solid, ring: &[u32], projection: Projection) -> Option<S
     pair.map(|(i, j)| format!("edges {} and {} intersect", name(i), name(j)))
 }
 
-/// From so many edges on, a sweep is faster than all pairs.
-const SWEPT: usize = 64;
+/// From so many edges on, a tree of their boxes is faster than all pairs.
+const FEW: usize = 64;
 
-/// The first faulty pair of edges, lower index first, by a sweep along x.
-fn sweep(
+/// The first faulty pair of edges, lower index first, by a tree of boxes.
+fn by_tree(
     n: usize,
     edge: impl Fn(usize) -> [Point2; 2],
     faulty: impl Fn(usize, usize) -> bool,
 ) -> Option<(usize, usize)> {
-    let ends = |i: usize| {
-        let [a, b] = edge(i);
-        (a[0].min(b[0]), a[0].max(b[0]))
-    };
-    let mut order: Vec<(i64, i64, usize)> = (0..n).map(|i| (ends(i).0, ends(i).1, i)).collect();
-    order.sort_unstable();
-    let mut first = None;
-    for (k, &(_, end, i)) in order.iter().enumerate() {
-        for &(.., j) in order[k + 1..].iter().take_while(|other| other.0 <= end) {
-            let pair = (i.min(j), i.max(j));
-            if first.is_none_or(|f| pair < f) && faulty(pair.0, pair.1) {
-                first = Some(pair);
-            }
+    let boxes = Boxes::of_segments((0..n).map(edge), 0);
+    let mut first: Option<(usize, usize)> = None;
+    for pair in boxes.meeting(&boxes).filter(|(i, j)| i < j) {
+        if first.is_none_or(|first| pair < first) && faulty(pair.0, pair.1) {
+            first = Some(pair);
         }
     }
     first

@@ -1,6 +1,6 @@
 //! Constrained Delaunay triangulation of a face.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 use geo::{Coord, LineString, TriangulateEarcut};
 
@@ -103,37 +103,18 @@ fn twice_area([a, b, c]: [Point2; 3]) -> i128 {
 
 /// Flips edges between two triangles until all are Delaunay (Lawson).
 fn flip(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
-    // The triangle of each directed edge; only looked up. A few triangles are searched faster than hashed.
-    let mut owner: HashMap<[u32; 2], usize> = HashMap::new();
-    let indexed = triangles.len() > SEARCHED;
-    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
-    if indexed {
-        owner.extend(triangles.iter().enumerate().flat_map(|(i, &t)| sides(t).map(|side| (side, i))));
+    if triangles.len() > SEARCHED {
+        return flip_many(place, triangles);
     }
     // Lawson's algorithm ends by itself; the bound is for rounding in the circle test.
     for _ in 0..=triangles.len() {
         let mut flipped = false;
         for i in 0..triangles.len() {
-            for k in 0..3 {
-                let [a, b, c] = std::array::from_fn(|n| triangles[i][(k + n) % 3]);
-                let beyond = |j: usize| {
-                    let t = triangles[j];
-                    (0..3).find(|&m| t[m] == b && t[(m + 1) % 3] == a).map(|m| (j, t[(m + 2) % 3]))
-                };
-                let other = if indexed {
-                    owner.get(&[b, a]).and_then(|&j| beyond(j))
-                } else {
-                    (0..triangles.len()).find_map(beyond)
-                };
+            for side in sides(triangles[i]) {
+                let other = (0..triangles.len()).find_map(|j| beyond(triangles[j], side).map(|d| (j, d)));
                 let Some((j, d)) = other else { continue };
-                let [p, q, r, s] = [a, b, c, d].map(&place);
-                if in_circle(p, q, r, s) && orient2(p, s, r) > 0 && orient2(s, q, r) > 0 {
-                    triangles[i] = [a, d, c];
-                    triangles[j] = [d, b, c];
-                    if indexed {
-                        owner.extend(sides(triangles[i]).map(|side| (side, i)));
-                        owner.extend(sides(triangles[j]).map(|side| (side, j)));
-                    }
+                if let Some(pair) = flipped_over(&place, triangles[i], side, d) {
+                    [triangles[i], triangles[j]] = pair;
                     flipped = true;
                     break;
                 }
@@ -143,6 +124,50 @@ fn flip(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
             return;
         }
     }
+}
+
+/// The same for many triangles: edges wait in a queue until they are looked at, and those around a flip once more.
+fn flip_many(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
+    // The triangle of each directed edge; only looked up.
+    let mut owner: HashMap<[u32; 2], usize> = HashMap::with_capacity(3 * triangles.len());
+    owner.extend(triangles.iter().enumerate().flat_map(|(i, &t)| sides(t).map(|side| (side, i))));
+    let mut waiting: VecDeque<[u32; 2]> = triangles.iter().flat_map(|&t| sides(t)).collect();
+    // For rounding in the circle test: no triangulation takes more flips than it has pairs of triangles.
+    let mut left = triangles.len().saturating_mul(triangles.len());
+    while let Some(side @ [a, b]) = waiting.pop_front() {
+        let pair = owner.get(&side).zip(owner.get(&[b, a]));
+        let Some((&i, &j)) = pair.filter(|(i, _)| sides(triangles[**i]).contains(&side)) else { continue };
+        let Some(d) = beyond(triangles[j], side) else { continue };
+        let Some(pair) = flipped_over(&place, triangles[i], side, d) else { continue };
+        [triangles[i], triangles[j]] = pair;
+        (owner.remove(&[a, b]), owner.remove(&[b, a]));
+        for index in [i, j] {
+            owner.extend(sides(triangles[index]).map(|side| (side, index)));
+            waiting.extend(sides(triangles[index]));
+        }
+        left -= 1;
+        if left == 0 {
+            return;
+        }
+    }
+}
+
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+/// The corner of a triangle that lies beyond a side of its neighbour.
+fn beyond(t: [u32; 3], [a, b]: [u32; 2]) -> Option<u32> {
+    (0..3).find(|&m| t[m] == b && t[(m + 1) % 3] == a).map(|m| t[(m + 2) % 3])
+}
+
+/// A triangle with this side and the one beyond it, whose third corner is `d`, parted by their other diagonal, if that is
+/// the better one.
+fn flipped_over(place: &impl Fn(u32) -> Point2, t: [u32; 3], [a, b]: [u32; 2], d: u32) -> Option<[[u32; 3]; 2]> {
+    let c = t.into_iter().find(|&v| v != a && v != b)?;
+    let [p, q, r, s] = [a, b, c, d].map(place);
+    let is_better = in_circle(p, q, r, s) && orient2(p, s, r) > 0 && orient2(s, q, r) > 0;
+    is_better.then_some([[a, d, c], [d, b, c]])
 }
 
 /// Up to so many triangles, or vertices, are searched one by one.

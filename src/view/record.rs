@@ -5,7 +5,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
+use crate::source::open;
 
 /// Members of the report about the run as a whole.
 const RUN: [&str; 12] = [
@@ -40,7 +41,7 @@ pub(super) struct Record {
 /// # Errors
 /// The file cannot be read, or is no report of gable's.
 pub(super) fn read(path: &Path) -> Result<Record> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = open::whole(path, "the report of a run")?;
     let refusal = |found: String| {
         let expected = "the report of a run, as `gable reconstruct` writes it beside the model";
         InputError::new(path, found, expected).remedy("Give OUT.report.json, or leave --report out")

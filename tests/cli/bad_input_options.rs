@@ -80,6 +80,17 @@ fn pipes_and_devices_are_told_and_do_not_hang() {
     let footprints = folder.path().join("pipe.geojson");
     std::fs::rename(&pipe, &footprints).unwrap();
     assert_ends(&gable(["info".as_ref(), footprints.as_os_str()]), 1, &["pipe.geojson: found a pipe, not a file"]);
+    // Whatever else is read from a file.
+    for option in ["--dtm", "--model"] {
+        let run =
+            run_in(folder.path(), "house.laz", "footprints.geojson", &format!("{option} {}", footprints.display()));
+        assert_ends(&run, 1, &["pipe.geojson: found a pipe, not a file"]);
+    }
+    let model = data("reference_3dbag_lod22.city.jsonl");
+    let page = folder.path().join("page.html");
+    let view = [model.as_os_str(), "-o".as_ref(), page.as_os_str(), "--report".as_ref(), footprints.as_os_str()];
+    let run = gable(std::iter::once("view".as_ref()).chain(view));
+    assert_ends(&run, 1, &["pipe.geojson: found a pipe, not a file"]);
     assert_ends(&gable(["validate", "/dev/zero"]), 1, &["/dev/zero: found a device, not a file"]);
     // A file without end in all but name.
     let zeros = folder.path().join("zeros.city.json");

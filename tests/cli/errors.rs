@@ -124,3 +124,22 @@ fn no_overlap_at_all_is_an_error_that_prints_both_extents() {
     assert_eq!(run.code, 1, "{}", run.err);
     assert_says(&run.err, &["footprints.geojson", "EPSG:28992", "84990", "447"]);
 }
+
+#[test]
+fn silence_ends_where_the_exit_code_is_not_0() {
+    let folder = tempdir().unwrap();
+    let [cut, out] = ["cut.laz", "x.city.json"].map(|name| folder.path().join(name));
+    let whole = std::fs::read(data("delft_ahn3.laz")).unwrap();
+    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    let run = reconstruct(&[&cut], &data("footprints.geojson"), &out, "--quiet --field height-field");
+    assert_eq!((run.code, run.out.as_str(), run.err.lines().count()), (2, "", 1), "{}", run.err);
+    assert_says(&run.err, &["error: ", "1 tile(s) could not be read or not wholly", "points are missing"]);
+    // What stands in the footprints is of another class.
+    let tile = folder.path().join("house.laz");
+    write_house(&tile, None, 6);
+    let far = folder.path().join("far.geojson");
+    write_footprints(&far, &[("a", rectangle(12.0, 12.0, 16.0, 16.0))]);
+    let run = reconstruct(&[&tile], &far, &out, "--quiet --overwrite --crs EPSG:7415");
+    assert_eq!((run.code, run.out.as_str(), run.err.lines().count()), (1, "", 1), "{}", run.err);
+    assert_says(&run.err, &["error: no building has a model", "no footprint holds a point of building class 6"]);
+}

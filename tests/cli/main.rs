@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
+mod agreement;
 mod bad_input_footprints;
 mod bad_input_noise;
 mod bad_input_options;
@@ -18,6 +19,7 @@ mod errors;
 mod evaluate;
 mod field;
 mod info;
+mod jagged;
 mod neighbourhoods;
 mod pipeline;
 mod postgis;

@@ -174,3 +174,25 @@ fn a_refusal_is_a_report() {
     assert!(!report.validity && report.all_errors.iter().eq(&[901]) && report.features.is_empty());
     assert_eq!(report.dataset_errors[0].info, error.to_string());
 }
+
+#[test]
+fn an_uneven_roof_hides_no_overlap() {
+    // A corner of the roof of the first box is 5 mm too high: 203 by a tolerance of 1 mm.
+    let mut vertices = corners([0.0; 3], [10_000.0; 3]);
+    vertices[6][2] += 5.0;
+    vertices.extend(corners([9_000.0, 0.0, 0.0], [19_000.0, 10_000.0, 10_000.0]));
+    let vertices = json!(vertices.iter().map(|v| v.map(|c| c as i64)).collect::<Vec<_>>());
+    let part = |v: u32| {
+        let solid = json!([{"type": "Solid", "lod": "2", "boundaries": [box_at(v)]}]);
+        json!({"type": "BuildingPart", "parents": ["b"], "geometry": solid})
+    };
+    let parts = json!({"b": {"type": "Building", "children": ["p0", "p1"]}, "p0": part(0), "p1": part(8)});
+    let composite = object("CompositeSolid", &json!([[box_at(0)], [box_at(8)]]));
+    for (objects, code) in [(parts, 601), (composite, 501)] {
+        let file = file_of("2.0", Some(0.001), &objects, &vertices);
+        assert_eq!(codes_of(&file), [203, code]);
+        let options = Options { first_level: true, ..geometry_only() };
+        let found: Vec<u16> = audit(file.path(), &options, &mut |_, _| {}).unwrap().all_errors.into_iter().collect();
+        assert_eq!(found, [203]);
+    }
+}

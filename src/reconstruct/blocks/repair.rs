@@ -6,6 +6,7 @@
 use geo::{BooleanOps, LineString, MultiPolygon, Polygon};
 
 use super::ring::{Point, Side, angle, clean, distance, distance_to_segment, doubled_area, orient, side};
+use crate::geometry::Boxes;
 use crate::solid::FootprintPolygon;
 
 /// How often a polygon may be mended before what is still wrong is left out.
@@ -13,6 +14,9 @@ const ROUNDS: usize = 12;
 
 /// How often corners that are merely close are cut off before they are left as they are.
 const CLOSE_ROUNDS: usize = 3;
+
+/// From so many edges on, a tree of their boxes is faster than all pairs.
+const FEW: usize = 64;
 
 /// How far from a corner that touches something its edges are cut, in multiples of the snapping distance.
 const CUT: f64 = 10.0;
@@ -131,7 +135,7 @@ fn edge(rings: &FootprintPolygon, place: Place) -> [Point; 2] {
     [ring[place.index], ring[(place.index + 1) % ring.len()]]
 }
 
-/// All pairs of places that should be apart, by a sweep along x. Rings must be clean.
+/// All pairs of places that should be apart. Rings must be clean.
 fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
     let margin = snap.ceil() as i64;
     let mut edges: Vec<(Place, [Point; 2])> = Vec::new();
@@ -141,23 +145,25 @@ fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
             edges.push((place, edge(rings, place)));
         }
     }
-    edges.sort_by_key(|&(place, [a, b])| (a[0].min(b[0]), place));
+    let pairs: Vec<(usize, usize)> = if edges.len() > FEW {
+        let boxes = |margin| Boxes::of_segments(edges.iter().map(|(_, edge)| *edge), margin);
+        let mut pairs: Vec<_> = boxes(margin).meeting(&boxes(0)).filter(|(i, j)| i < j).collect();
+        pairs.sort_unstable();
+        pairs
+    } else {
+        (0..edges.len()).flat_map(|i| (i + 1..edges.len()).map(move |j| (i, j))).collect()
+    };
     let mut found = Vec::new();
-    for (i, &(here, e)) in edges.iter().enumerate() {
-        let (right, low, high) = (e[0][0].max(e[1][0]) + margin, e[0][1].min(e[1][1]), e[0][1].max(e[1][1]));
-        for &(there, f) in &edges[i + 1..] {
-            if f[0][0].min(f[1][0]) > right {
-                break;
-            }
-            if f[0][1].min(f[1][1]) > high + margin || f[0][1].max(f[1][1]) < low - margin {
-                continue;
-            }
-            let n = rings[here.ring].len();
-            let is_neighbour =
-                here.ring == there.ring && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
-            if !is_neighbour {
-                found.extend(between(rings, (here, e), (there, f), snap));
-            }
+    for ((here, e), (there, f)) in pairs.into_iter().map(|(i, j)| (edges[i], edges[j])) {
+        let apart = |axis: usize| {
+            e[0][axis].min(e[1][axis]) > f[0][axis].max(f[1][axis]) + margin
+                || f[0][axis].min(f[1][axis]) > e[0][axis].max(e[1][axis]) + margin
+        };
+        let n = rings[here.ring].len();
+        let is_neighbour =
+            here.ring == there.ring && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
+        if !is_neighbour && !apart(0) && !apart(1) {
+            found.extend(between(rings, (here, e), (there, f), snap));
         }
     }
     found

@@ -1,5 +1,7 @@
 //! Rings of grid points: exact predicates, and what a ring must lose before it can stand on the grid.
 
+use crate::geometry::Linked;
+
 /// A grid point (x, y), in steps.
 pub(super) type Point = [i64; 2];
 
@@ -78,25 +80,26 @@ pub(super) struct Cleaned {
 /// Removes vertices that are repeated, collinear with their neighbours (exactly), closer than `snap` steps to the one
 /// before, or the tip of a spike narrower than `snap` steps. `None` when fewer than three are left. A ring that crosses
 /// itself still does.
-pub(super) fn clean(mut ring: Vec<Point>, snap: f64) -> Option<Cleaned> {
+pub(super) fn clean(ring: Vec<Point>, snap: f64) -> Option<Cleaned> {
+    let mut left = Linked::new(ring.len());
     let (mut at, mut settled, mut spikes) = (0, 0, 0);
-    while ring.len() >= 3 && settled < ring.len() {
-        let n = ring.len();
-        at %= n;
-        let (before, tip, after) = (ring[(at + n - 1) % n], ring[at], ring[(at + 1) % n]);
+    while left.len() >= 3 && settled < left.len() {
+        let [previous, next] = left.around(at);
+        let (before, tip, after) = (ring[previous], ring[at], ring[next]);
         let is_spike = is_spike(before, tip, after, snap);
         if is_spike || orient(before, tip, after) == 0 || distance(before, tip) < snap {
             // A vertex less than `snap` from its neighbour looks like a spike, too, but is only a repeated vertex.
             spikes += usize::from(is_spike && distance(before, tip) >= snap && distance(tip, after) >= snap);
-            ring.remove(at);
+            left.remove(at);
             // Removing it changes what its two neighbours look like.
-            at = (at + n - 2) % n;
+            [at, _] = left.around(previous);
             settled = 0;
         } else {
-            at += 1;
+            at = next;
             settled += 1;
         }
     }
+    let ring: Vec<Point> = left.left().into_iter().map(|i| ring[i]).collect();
     (ring.len() >= 3).then_some(Cleaned { ring, spikes })
 }
 

@@ -1,8 +1,9 @@
 //! Straight walls from an outline of pixels.
 
-use geo::{Area, BooleanOps, Coord, LineString, MultiPolygon, Polygon, Validation};
+use geo::{Area, BooleanOps, Coord, LineString, MultiPolygon, Polygon};
 use nalgebra::{Point2, Vector2};
 
+use crate::geometry::validity;
 use crate::reconstruct::primitives::footprint_edges;
 
 /// How far the pixels may lie from the wall that they show, metres: about the distance between points.
@@ -25,7 +26,8 @@ pub(super) fn straightened(outline: &MultiPolygon<f64>, main: &[Vector2<f64>]) -
         let interiors = polygon.interiors().iter().map(ring).collect::<Option<Vec<_>>>()?;
         let straight = Polygon::new(exterior, interiors);
         let changed = |straight: &Polygon<f64>| straight.xor(polygon).unsigned_area();
-        (straight.is_valid() && changed(&straight) <= MOST_CHANGED * polygon.unsigned_area()).then_some(straight)
+        (validity::is_valid_polygon(&straight) && changed(&straight) <= MOST_CHANGED * polygon.unsigned_area())
+            .then_some(straight)
     };
     let simplified = |polygon: &Polygon<f64>| footprint_edges::simplify(&polygon.clone().into(), TOLERANCE).0;
     MultiPolygon(outline.iter().flat_map(|p| straight(p).map_or_else(|| simplified(p), |p| vec![p])).collect())
@@ -180,7 +182,7 @@ mod tests {
     fn without_directions_to_follow_it_stays_near_the_pixels() {
         let pixels = pixels(0.3);
         let straight = straightened(&pixels, &[]);
-        assert!(straight.is_valid());
+        assert!(validity::is_valid(&straight));
         assert!(straight.xor(&pixels).unsigned_area() < 3.0);
     }
 }

@@ -1,10 +1,14 @@
 //! Wall planes from the footprint: what an airborne scanner hardly sees.
 
-use geo::{Coord, LineString, MultiPolygon, Polygon, Validation};
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+use geo::{Coord, LineString, MultiPolygon, Polygon};
 use nalgebra::Point2;
 
 use super::PrimitiveKind;
 use super::trace::Trace;
+use crate::geometry::{Linked, validity};
 
 /// The footprint with every vertex left out that is not needed to stay within `tolerance` metres of the original
 /// outline. Rings that would collapse and polygons that would become invalid stay as they are.
@@ -17,7 +21,7 @@ pub fn simplify(footprint: &MultiPolygon<f64>, tolerance: f64) -> MultiPolygon<f
                     simplify_ring(polygon.exterior(), tolerance),
                     polygon.interiors().iter().map(|ring| simplify_ring(ring, tolerance)).collect(),
                 );
-                if simpler.is_valid() { simpler } else { polygon.clone() }
+                if validity::is_valid_polygon(&simpler) { simpler } else { polygon.clone() }
             })
             .collect(),
     )
@@ -35,23 +39,72 @@ fn simplify_ring(ring: &LineString<f64>, tolerance: f64) -> LineString<f64> {
 /// three: drops, one after the other, the vertex that costs least, as long as every vertex stays within `tolerance` of
 /// the chord that replaces it.
 pub(in crate::reconstruct) fn needed(ring: &[Coord<f64>], tolerance: f64) -> Vec<usize> {
-    let mut kept: Vec<usize> = (0..ring.len()).collect();
-    let cost = |kept: &[usize], i: usize| {
-        let count = kept.len();
-        chord_error(ring, kept[(i + count - 1) % count], kept[(i + 1) % count])
+    needed_by(ring.len(), tolerance, |before, after| chord_error(ring, before, after))
+}
+
+/// The same of a ring with the interior on its left, by chords that nowhere leave it to the right: the ring stands back,
+/// as far as its neighbouring vertices tell.
+pub(in crate::reconstruct) fn needed_within(ring: &[Coord<f64>], tolerance: f64) -> Vec<usize> {
+    needed_by(ring.len(), tolerance, |before, after| {
+        let (a, b) = (ring[before], ring[after]);
+        let is_left = |c: Coord<f64>| (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 0.0;
+        let mut between = (1..(after + ring.len() - before) % ring.len()).map(|k| ring[(before + k) % ring.len()]);
+        if between.any(is_left) { f64::INFINITY } else { chord_error(ring, before, after) }
+    })
+}
+
+/// Indices of the vertices of a ring that are left when those are dropped whose chord, from the vertex before to the one
+/// after, costs at most `tolerance`; the cheapest first, and of equals that which joins the fewest edges: chords grow evenly,
+/// and a long straight line takes no longer than any other.
+fn needed_by(count: usize, tolerance: f64, cost: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    let mut ring = Linked::new(count);
+    let removal_of = |ring: &Linked, vertex: usize| {
+        let [before, after] = ring.around(vertex);
+        Removal { cost: cost(before, after), joined: (after + count - before) % count, vertex }
     };
-    let mut costs: Vec<f64> = (0..kept.len()).map(|i| cost(&kept, i)).collect();
-    while kept.len() > 3 {
-        let cheapest = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]).then(a.cmp(&b)));
-        let Some(i) = cheapest.filter(|&i| costs[i] <= tolerance) else { break };
-        kept.remove(i);
-        costs.remove(i);
-        let count = kept.len();
-        for neighbour in [(i + count - 1) % count, i % count] {
-            costs[neighbour] = cost(&kept, neighbour);
+    let mut removals: Vec<Removal> = (0..count).map(|vertex| removal_of(&ring, vertex)).collect();
+    // What is no longer the removal of its vertex is passed over.
+    let mut queue: BinaryHeap<Reverse<Removal>> = removals.iter().copied().map(Reverse).collect();
+    while ring.len() > 3 {
+        let Some(Reverse(next)) = queue.pop() else { break };
+        if !ring.keeps(next.vertex) || removals[next.vertex] != next {
+            continue;
+        }
+        if next.cost.is_nan() || next.cost > tolerance {
+            break;
+        }
+        ring.remove(next.vertex);
+        for neighbour in ring.around(next.vertex) {
+            removals[neighbour] = removal_of(&ring, neighbour);
+            queue.push(Reverse(removals[neighbour]));
         }
     }
-    kept
+    ring.left()
+}
+
+/// What it costs to leave a vertex out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Removal {
+    /// How far the chord misses the vertices that it replaces, metres.
+    cost: f64,
+    /// How many edges of the ring the chord replaces.
+    joined: usize,
+    /// The vertex.
+    vertex: usize,
+}
+
+impl Eq for Removal {}
+
+impl Ord for Removal {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.cost.total_cmp(&other.cost).then(self.joined.cmp(&other.joined)).then(self.vertex.cmp(&other.vertex))
+    }
+}
+
+impl PartialOrd for Removal {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 /// Largest distance from the chord `before → after` to the vertices of the ring between the two.
@@ -99,6 +152,46 @@ mod tests {
         assert!((small.unsigned_area() - 80.0).abs() < 0.3);
         assert_eq!(simplify(&ring(0.3), 0.1), ring(0.3));
         assert_eq!(traces(&small).len(), 4);
+    }
+
+    #[test]
+    fn needed_vertices_are_those_of_a_plain_search() {
+        let mut random = crate::geometry::Random::new(3);
+        for _ in 0..200 {
+            let count = 3 + random.below(40);
+            let ring: Vec<Coord<f64>> = (0..count)
+                .map(|i| {
+                    let angle = std::f64::consts::TAU * i as f64 / count as f64;
+                    let radius = random.between(4.0, 4.3);
+                    Coord { x: radius * angle.cos(), y: radius * angle.sin() }
+                })
+                .collect();
+            let mut kept: Vec<usize> = (0..count).collect();
+            while kept.len() > 3 {
+                let n = kept.len();
+                let cost = |i: usize| chord_error(&ring, kept[(i + n - 1) % n], kept[(i + 1) % n]);
+                let cheapest = (0..n).min_by(|&a, &b| cost(a).total_cmp(&cost(b))).unwrap();
+                if cost(cheapest) > 0.2 {
+                    break;
+                }
+                kept.remove(cheapest);
+            }
+            assert_eq!(needed(&ring, 0.2), kept);
+        }
+    }
+
+    #[test]
+    fn a_ring_that_stands_back_nowhere_leaves_itself() {
+        use geo::{BooleanOps, polygon};
+        let jagged = polygon![
+            (x: 0.0, y: 0.0), (x: 2.0, y: -0.1), (x: 4.0, y: 0.0), (x: 6.0, y: 0.1), (x: 8.0, y: 0.0), (x: 8.0, y: 6.0),
+            (x: 4.0, y: 6.05), (x: 0.0, y: 6.0)
+        ];
+        let ring: Vec<Coord<f64>> = jagged.exterior().0[..8].to_vec();
+        let left = needed_within(&ring, 0.2);
+        assert_eq!(left, [0, 3, 4, 5, 7]);
+        let within = Polygon::new(left.into_iter().map(|i| ring[i]).collect(), Vec::new());
+        assert_eq!(within.difference(&jagged).unsigned_area(), 0.0);
     }
 
     #[test]

@@ -16,28 +16,35 @@ const FAR: i64 = 3;
 /// Vertices no farther apart than this are one to validators, metres, with a hair for the comparison.
 const APART: f64 = 0.001_01;
 
+/// So many vertices of faces are looked at for a solid, all trials together, before the rest is left as it is: a second's
+/// work. A roof of thousands of vertices would take hours.
+const MOST_WORK: usize = 1_000_000;
+
 /// Moves vertices by a few grid steps where that makes a fold flat and breaks nothing else. What cannot be flattened so is
 /// left to the check before writing.
 pub(super) fn unfold(solid: &mut Solid) {
+    let mut work = MOST_WORK;
     // Every move flattens a face for good or makes the worst one flatter.
     for _ in 0..solid.faces.len() {
         let folded = solid.faces.iter().filter_map(|face| polygon::steepest(solid, face, false));
         let Some(worst) = folded.filter(|turn| turn.angle > MOST).max_by(|a, b| a.angle.total_cmp(&b.angle)) else {
             return;
         };
-        let Some((vertex, place)) = best_move(solid, &worst) else { return };
+        let Some((vertex, place)) = best_move(solid, &worst, &mut work) else { return };
         solid.vertices[vertex as usize] = place;
     }
 }
 
 /// The move of a corner of a triangle that leaves the faces around flattest, if they are flatter than the triangle; the
-/// shortest of equal ones.
-fn best_move(solid: &Solid, worst: &Turn) -> Option<(u32, [i64; 3])> {
+/// shortest of equal ones. None where that is more than the `work` that is left.
+fn best_move(solid: &Solid, worst: &Turn, work: &mut usize) -> Option<(u32, [i64; 3])> {
     let mut trial = solid.clone();
     let mut best: Option<(f64, i64, u32, [i64; 3])> = None;
     for vertex in worst.triangle {
         let around: Vec<usize> =
             (0..solid.faces.len()).filter(|&f| solid.faces[f].rings.iter().flatten().any(|&v| v == vertex)).collect();
+        let size: usize = around.iter().flat_map(|&f| &solid.faces[f].rings).map(Vec::len).sum();
+        *work = work.checked_sub(size * moves().count())?;
         let from = solid.vertices[vertex as usize];
         for by in moves() {
             let place: [i64; 3] = std::array::from_fn(|i| from[i] + by[i]);

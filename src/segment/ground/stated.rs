@@ -14,7 +14,7 @@ use crate::segment::options::{GroundLevel, SegmentOptions};
 use crate::site::{Ground, GroundSource};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
-use crate::source::raster::Mosaic;
+use crate::source::raster::{HIGHEST, Mosaic};
 
 /// Side of the squares in whose order the terrain model is asked, metres: it is read in pieces, of which few are kept.
 const SQUARE: f64 = 500.0;
@@ -96,7 +96,7 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
             let frame = &all.frames[index];
             stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
         } else {
-            let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no number"));
+            let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no height"));
             stated.notes.insert(index, format!("the attribute {name:?} {found}: its floor comes from elsewhere"));
         }
     }
@@ -109,14 +109,14 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
     Ok(())
 }
 
-/// A number, or a text that is one.
+/// A number that may be a height, or a text that is one.
 fn number(value: &Value) -> Option<f64> {
     let number = match value {
         Value::Number(number) => number.as_f64(),
         Value::String(text) => text.trim().parse().ok(),
         _ => None,
     };
-    number.filter(|number: &f64| number.is_finite())
+    number.filter(|number: &f64| number.abs() <= HIGHEST)
 }
 
 fn by_terrain(

@@ -11,7 +11,8 @@ use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 use serde_json::{Map, Number, Value};
 
 use super::attributes::distinct;
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
+use crate::source::open;
 
 /// Bytes of the header before the fields, and of each field.
 const BLOCK: usize = 32;
@@ -55,7 +56,7 @@ pub(super) struct Record {
 impl Table {
     /// Opens a table; `code_page` is what the `.cpg` file says, if there is one.
     pub(super) fn open(path: &Path, code_page: Option<&str>) -> Result<Self> {
-        let mut file = BufReader::new(File::open(path).map_err(|e| Error::io(path, "open", e))?);
+        let mut file = BufReader::new(open::regular(path, "a dBASE table")?.0);
         let fault = |found: &str| InputError::new(path, found, "a dBASE table");
         let mut start = [0; BLOCK];
         file.read_exact(&mut start).map_err(|_| fault("a file that is too short"))?;

@@ -1,19 +1,20 @@
 //! From rings as they stand in a file to valid polygons (OGC 06-103r4, section 6.1.11), or the reason why not.
 
+use crate::geometry::validity;
 use crate::guard::guarded;
 use geo::algorithm::bool_ops::{FillRule, unary_union};
 use geo::orient::{Direction, Orient};
 use geo::{
     Area, BooleanOps, BoundingRect, Coord, CoordsIter, Kernel, LineString, MakeValid, MapCoords, MultiPolygon,
-    Orientation, Polygon, Validation,
+    Orientation, Polygon,
 };
 
 #[cfg(test)]
 #[path = "outline_tests.rs"]
 mod tests;
 
-/// The largest ring that is checked; the check takes time with the square of it.
-const LARGEST_RING: usize = 20_000;
+/// The largest ring that is taken: no building has so many corners.
+const LARGEST_RING: usize = 100_000;
 /// No coordinate of any CRS of the Earth, in any of its units, is larger.
 const LARGEST_COORDINATE: f64 = 1e9;
 /// Repairs snap vertices that lie within 1e-4 units of each other. Outlines are scaled up to this size first, so that
@@ -142,7 +143,7 @@ impl Tidied {
 
 /// The first thing that is wrong with polygons; `None` when they are valid.
 fn fault(polygons: &MultiPolygon<f64>) -> Option<String> {
-    if let Err(error) = polygons.check_validation() {
+    if let Err(error) = validity::check(polygons) {
         return Some(error.to_string());
     }
     let rings = polygons.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));
@@ -209,7 +210,7 @@ fn repair_polygon(polygon: &Polygon<f64>) -> Result<MultiPolygon<f64>, String> {
 /// that runs twice around.
 fn repair_ring(ring: &LineString<f64>) -> Result<MultiPolygon<f64>, String> {
     let polygon = Polygon::new(ring.clone(), Vec::new());
-    if polygon.check_validation().is_ok() && !has_spike(ring) {
+    if validity::is_valid_polygon(&polygon) && !has_spike(ring) {
         return Ok(polygon.into());
     }
     let odd_even = polygon.make_valid().map_err(|e| format!("it cannot be repaired ({e})"))?;

@@ -1,6 +1,6 @@
 //! Shapefiles (ESRI White Paper, July 1998): `.shp` with `.dbf`, `.prj` and `.cpg` beside it.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
@@ -12,7 +12,8 @@ use super::format::{stem, with_extension};
 use super::outline::{Outline, Ring};
 use super::reference_system::crs_of_file;
 use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
+use crate::source::open;
 
 /// Bytes of the header of the file and of each record.
 const FILE_HEADER: u64 = 100;
@@ -25,7 +26,7 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
     let mut info = LayerInfo { layer: stem(path), ..LayerInfo::default() };
     let text_beside = |extension: &str| {
         with_extension(path, extension)
-            .and_then(|file| fs::read(file).ok())
+            .and_then(|file| open::whole(&file, "text").ok())
             .map(|bytes| String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').trim().to_string())
     };
     if let Some(definition) = text_beside("prj") {
@@ -95,11 +96,10 @@ pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> R
 /// How many shapes the index (`.shx`) lists that a shapefile must have; or what is wrong with it.
 fn listed(path: &Path) -> Result<u64, String> {
     let index = with_extension(path, "shx").ok_or("there is no .shx beside it: some may have been lost unseen")?;
-    let unreadable = |error| format!("the .shx beside it cannot be read: {error}");
-    let mut file = File::open(index).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
+    let unreadable = |error: &dyn std::fmt::Display| format!("the .shx beside it cannot be read: {error}");
+    let (mut file, length) = open::regular(&index, "the index of a shapefile").map_err(|e| unreadable(&e))?;
     let mut header = [0; FILE_HEADER as usize];
-    file.read_exact(&mut header).map_err(unreadable)?;
+    file.read_exact(&mut header).map_err(|e| unreadable(&e))?;
     if stated_length(&header) > length {
         return Err("the .shx beside it is cut off".into());
     }
@@ -124,8 +124,7 @@ struct Records {
 
 impl Records {
     fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
-        let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
+        let (file, length) = open::regular(path, "a shapefile")?;
         let mut file = BufReader::new(file);
         let mut header = [0; FILE_HEADER as usize];
         file.read_exact(&mut header)

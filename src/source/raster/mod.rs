@@ -16,10 +16,13 @@ use tiff::tags::Tag;
 use tiff::{TiffError, TiffFormatError};
 
 use super::crs::Crs;
+use super::open;
 use crate::error::{Error, InputError, Result};
 pub use mosaic::{Mosaic, sheets};
 use placement::Placement;
 
+/// No height of the Earth is larger, in any unit: what is there is no height.
+pub const HIGHEST: f64 = 100_000.0;
 /// Memory for the strips and tiles that were read last, bytes.
 const MEMORY: usize = 32 << 20;
 /// The tag in which GDAL keeps scale and offset.
@@ -61,7 +64,7 @@ impl HeightRaster {
     /// It cannot be opened, is no TIFF, does not say where it lies, or its CRS cannot be understood.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref().to_path_buf();
-        let file = File::open(&path).map_err(|source| Error::io(&path, "open", source))?;
+        let (file, _) = open::regular(&path, "a terrain model (GeoTIFF)")?;
         let fault = |error: &TiffError| unreadable(&path, "", error);
         let mut decoder = Decoder::new(BufReader::new(file)).map_err(|error| fault(&error))?;
         let (columns, rows) = decoder.dimensions().map_err(|error| fault(&error))?;
@@ -170,7 +173,8 @@ impl HeightRaster {
         let place = (y as usize * values.columns as usize + x as usize) * samples;
         let is_given =
             |value: &f64| value.is_finite() && nodata.is_none_or(|nodata| *value != nodata && !alike(*value, nodata));
-        Ok(number(&values.numbers, place).filter(is_given).map(|value| scale * value + offset))
+        let height = number(&values.numbers, place).filter(is_given).map(|value| scale * value + offset);
+        Ok(height.filter(|height| height.abs() <= HIGHEST))
     }
 
     /// The strip or tile, read or remembered.

@@ -116,6 +116,19 @@ fn what_has_no_height_is_told_apart_whatever_its_decimals() {
 }
 
 #[test]
+fn what_no_place_of_the_earth_is_as_high_as_is_no_height() {
+    let file = write::<Gray32Float>(Compression::Uncompressed, Predictor::None, None, false, |c, _| match c {
+        0..20 => 1e20,
+        20..30 => -100_001.0,
+        _ => 8_848.0,
+    });
+    let mut raster = HeightRaster::open(&file.path).unwrap();
+    for (x, expected) in [(1010.0, None), (1050.0, None), (1071.0, Some(8_848.0))] {
+        assert_eq!(raster.height([x, 1980.0]).unwrap(), expected);
+    }
+}
+
+#[test]
 fn what_is_no_terrain_model_is_refused_with_its_name() {
     let folder = tempdir().unwrap();
     let refused = |path: &Path, parts: &[&str]| {

@@ -6,12 +6,13 @@
 //! edges on almost the same line share the innermost. What stands in its footprint overlaps with nothing that the
 //! footprint does not overlap with.
 
-use geo::{Area, BooleanOps, Coord, Euclidean, Length, LineString, MultiPolygon, Polygon, Validation};
+use geo::{Area, BooleanOps, Coord, Euclidean, Length, LineString, MultiPolygon, Polygon};
 use nalgebra::{Point2, Unit, Vector2};
 
 use super::PrimitiveKind;
 use super::footprint_edges;
 use super::trace::Trace;
+use crate::geometry::{Linked, validity};
 
 /// Edges share a line only if the angle between them has at least this cosine: 30°.
 const PARALLEL: f64 = 0.866;
@@ -29,6 +30,11 @@ const ATTEMPTS: usize = 5;
 const SHARP: f64 = 0.342;
 /// A slit narrower than this, metres, is none: no valid solid can have it, and nothing stands in it.
 const HAIRLINE: f64 = 0.003;
+/// An outline with more vertices than this is not left as it is where its walls cannot stand back as a whole: its vertices do
+/// one by one.
+const MANY: usize = 500;
+/// More edges than this share no lines: that takes time with the square of them, and no model can have so many walls.
+const MOST_EDGES: usize = 2_000;
 /// Walls that leave the footprint in strips thinner than this, metres, do so by rounding only.
 const ROUNDING: f64 = 1e-5;
 
@@ -51,7 +57,10 @@ impl Walls {
             .take(ATTEMPTS)
             .filter(|reach| *reach > 0.0)
             .find_map(|reach| standing_back(footprint, reach))
-            .unwrap_or_else(|| Self { outline: footprint.clone(), traces: footprint_edges::traces(footprint) })
+            .unwrap_or_else(|| {
+                let outline = footprint.iter().map(|polygon| pared(polygon, reach)).collect();
+                Self { traces: footprint_edges::traces(&outline), outline }
+            })
     }
 }
 
@@ -66,16 +75,41 @@ fn without_hairlines(footprint: &MultiPolygon<f64>) -> MultiPolygon<f64> {
         if rings.iter().map(Vec::len).sum::<usize>() == before {
             return polygon.clone();
         }
-        let mut rings = rings.into_iter().map(|ring| {
-            let mut line = LineString(ring);
-            line.close();
-            line
-        });
-        let exterior = rings.next().unwrap_or_else(|| LineString(Vec::new()));
-        let closed = Polygon::new(exterior, rings.collect());
-        if closed.is_valid() { closed } else { polygon.clone() }
+        let closed = of_rings(rings);
+        if validity::is_valid_polygon(&closed) { closed } else { polygon.clone() }
     };
     MultiPolygon(footprint.iter().map(closed).collect())
+}
+
+/// A polygon of very many vertices without those that it can do without if it stands back by up to `reach` metres, spikes
+/// narrower than that included.
+fn pared(polygon: &Polygon<f64>, reach: f64) -> Polygon<f64> {
+    let given = rings(polygon);
+    if given.iter().map(Vec::len).sum::<usize>() <= MANY {
+        return polygon.clone();
+    }
+    let pared = |reach: f64| {
+        let mut rings = given.clone();
+        for ring in &mut rings {
+            drop_needles(ring, reach, f64::NEG_INFINITY);
+            *ring = footprint_edges::needed_within(ring, reach).into_iter().map(|i| ring[i]).collect();
+        }
+        Some(of_rings(rings)).filter(|pared| validity::is_valid_polygon(pared) && pared.unsigned_area() > 0.0)
+    };
+    // The farther, the sooner two stretches of the outline cross.
+    let halved = std::iter::successors(Some(reach), |reach| Some(reach / 2.0));
+    halved.take(ATTEMPTS).find_map(pared).unwrap_or_else(|| polygon.clone())
+}
+
+/// The polygon of rings that are not closed.
+fn of_rings(rings: Vec<Vec<Coord<f64>>>) -> Polygon<f64> {
+    let mut rings = rings.into_iter().map(|ring| {
+        let mut line = LineString(ring);
+        line.close();
+        line
+    });
+    let exterior = rings.next().unwrap_or_else(|| LineString(Vec::new()));
+    Polygon::new(exterior, rings.collect())
 }
 
 /// The rings of a polygon, exterior first, not closed, with the interior on their left.
@@ -96,25 +130,26 @@ fn rings(polygon: &Polygon<f64>) -> Vec<Vec<Coord<f64>>> {
 /// up to `slit`.
 fn drop_needles(ring: &mut Vec<Coord<f64>>, spike: f64, slit: f64) {
     let point = |c: Coord<f64>| Vector2::new(c.x, c.y);
+    let mut left = Linked::new(ring.len());
     let (mut at, mut settled) = (0, 0);
-    while ring.len() > 3 && settled < ring.len() {
-        let n = ring.len();
-        at %= n;
+    while left.len() > 3 && settled < left.len() {
         let tip = point(ring[at]);
-        let (there, back) = (point(ring[(at + n - 1) % n]) - tip, point(ring[(at + 1) % n]) - tip);
+        let [before, after] = left.around(at);
+        let (there, back) = (point(ring[before]) - tip, point(ring[after]) - tip);
         // From the end of the shorter edge to the longer one.
         let width = there.perp(&back).abs() / there.norm().max(back.norm()).max(f64::MIN_POSITIVE);
         let is_sharp = there.dot(&back) > 0.0 && width <= SHARP * there.norm().min(back.norm());
         let most = if back.perp(&there) > 0.0 { spike } else { slit };
         if is_sharp && width <= most {
-            ring.remove(at);
-            at = (at + n - 2) % n;
+            left.remove(at);
+            [at, _] = left.around(before);
             settled = 0;
         } else {
-            at += 1;
+            at = after;
             settled += 1;
         }
     }
+    *ring = left.left().into_iter().map(|i| ring[i]).collect();
 }
 
 /// An edge of the simplified outline, with the interior on its left.
@@ -165,6 +200,9 @@ struct Line {
 fn standing_back(footprint: &MultiPolygon<f64>, reach: f64) -> Option<Walls> {
     // An edge leaves the vertices that it replaces by half as much to either side, and is then moved inwards.
     let mut rings: Vec<Vec<Vec<Edge>>> = footprint.iter().map(|polygon| edges(polygon, reach, reach / 2.0)).collect();
+    if rings.iter().flatten().map(Vec::len).sum::<usize>() > MOST_EDGES {
+        return None;
+    }
     let lines = share_lines(rings.iter_mut().flatten().flatten().collect(), reach)?;
     let mut walls = Walls { outline: MultiPolygon(Vec::new()), traces: Vec::new() };
     for polygon in rings {
@@ -182,7 +220,7 @@ fn standing_back(footprint: &MultiPolygon<f64>, reach: f64) -> Option<Walls> {
         walls.outline.0.push(Polygon::new(exterior, outlines));
     }
     let keeps = walls.outline.unsigned_area() >= LEAST_AREA * footprint.unsigned_area();
-    (keeps && walls.outline.is_valid() && is_within(&walls.outline, footprint)).then_some(walls)
+    (keeps && validity::is_valid(&walls.outline) && is_within(&walls.outline, footprint)).then_some(walls)
 }
 
 /// Whether one footprint is within another but for what rounding makes.

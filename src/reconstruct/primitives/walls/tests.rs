@@ -1,4 +1,4 @@
-use geo::{Contains, Distance, polygon};
+use geo::{Contains, Distance, Validation, polygon};
 use proptest::prelude::*;
 
 use super::*;
@@ -100,6 +100,21 @@ fn a_court_stays_open() {
             .coords()
             .all(|c| { !Polygon::new(court.clone(), vec![]).contains(&geo::Point::from(*c)) })
     );
+}
+
+#[test]
+fn outlines_of_very_many_vertices_stand_back_vertex_by_vertex() {
+    let mut random = crate::geometry::Random::new(5);
+    let count = 6_000;
+    let corner = |i: usize| {
+        let (angle, radius) = (std::f64::consts::TAU * i as f64 / f64::from(count), random.between(19.7, 20.3));
+        [radius * angle.cos(), radius * angle.sin()]
+    };
+    let jagged = footprint(&(0..count as usize).map(corner).collect::<Vec<_>>());
+    let walls = Walls::new(&jagged, 0.1);
+    assert!(is_within(&walls.outline, &jagged) && walls.outline.is_valid());
+    assert!(walls.traces.len() < count as usize / 2, "{}", walls.traces.len());
+    assert!(walls.outline.unsigned_area() > 0.95 * jagged.unsigned_area());
 }
 
 proptest! {
