@@ -6,7 +6,7 @@ import json
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from . import _gable
 from ._crs import crs_text
@@ -20,14 +20,9 @@ from ._scratch import Scratch
 from .errors import FileError, InputError
 
 #: A file of a model, or the model.
-AnyModel = str | os.PathLike[str] | Model
+AnyModel: TypeAlias = str | os.PathLike[str] | Model
 #: Files, folders and glob patterns.
-Tiles = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
-
-#: A file of a model, or the model.
-AnyModel = str | os.PathLike[str] | Model
-#: Files, folders and glob patterns.
-Tiles = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+Tiles: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 
 def reconstruct(
@@ -84,7 +79,9 @@ def reconstruct(
         path, report, summary = _gable.reconstruct(
             options_text(options), crs_text(crs), given.feed, scratch.path, listener
         )
-    return Model(path, Report(json.loads(report), summary), scratch, given.tiles)
+    told = Report(json.loads(report), summary)
+    could_be_read = [tile["file"] for tile in told["inputs"]["tiles"] if not tile["left_out"]]
+    return Model(path, told, scratch, could_be_read if given.feed is None else [])
 
 
 def read(path: str | os.PathLike[str]) -> Model:

@@ -7,16 +7,14 @@ import sys
 import warnings
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeAlias
 
 from .errors import GableWarning
 
 #: Called with the stage, what is done of it, and how much there is to do; 0 where nobody knows.
-Callback = Callable[[str, int, int], object]
+Callback: TypeAlias = Callable[[str, int, int], object]
 #: A bar or none, a function, or by default a bar where tqdm is installed and somebody looks.
-Progress = bool | Callback | None
-#: A bar or none, a function, or by default a bar where tqdm is installed and somebody looks.
-Progress = bool | Callback | None
+Progress: TypeAlias = bool | Callback | None
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False)

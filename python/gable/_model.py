@@ -6,7 +6,7 @@ import json
 import os
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from . import _gable, _mesh
 from ._listener import Listener, Progress
@@ -19,15 +19,10 @@ from ._scratch import Scratch
 if TYPE_CHECKING:
     import geopandas
 
-if TYPE_CHECKING:
-    import geopandas
-
 #: Extensions whose files are CityJSON.
 _CITYJSON = (".json", ".jsonl")
 #: Levels of detail: one, a text with commas, or several.
-Lods = str | float | Iterable[str | float] | None
-#: Levels of detail: one, a text with commas, or several.
-Lods = str | float | Iterable[str | float] | None
+Lods: TypeAlias = str | float | Iterable[str | float] | None
 
 
 class Building:

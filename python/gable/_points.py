@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -23,7 +23,7 @@ _SHAPES = (
     "as a dict or a tuple of arrays"
 )
 
-Columns = Mapping[str, Any]
+Columns: TypeAlias = Mapping[str, Any]
 
 
 def is_path(value: Any) -> bool:

@@ -9,9 +9,6 @@ from ._record import Record, Table
 if TYPE_CHECKING:
     import pandas
 
-if TYPE_CHECKING:
-    import pandas
-
 
 class Report(Record):
     """What came in, what became of each building and why, how good it is and what it cost.
