@@ -86,7 +86,7 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
             tiles = options::texts(&name, &value).map_err(fault)?;
         } else if !is_given(&given, &name) {
             others.extend(
-                options::word(&options::RECONSTRUCT, &grammar, &name, &value).map_err(fault)?.map(OsString::from),
+                options::word(&options::CONFIGURATION, &grammar, &name, &value).map_err(fault)?.map(OsString::from),
             );
         }
     }

@@ -30,6 +30,8 @@ pub(super) struct Grammar {
 
 pub(super) const RECONSTRUCT: Grammar =
     Grammar { name: "reconstruct", others: &["quiet", "verbose", "view", "config"], arguments: "tiles" };
+/// As options of a configuration, which stands for a command line.
+pub(super) const CONFIGURATION: Grammar = Grammar { name: "reconstruct", others: &["config"], arguments: "tiles" };
 const VALIDATE: Grammar = Grammar { name: "validate", others: &["strict", "list", "json"], arguments: "" };
 const EVALUATE: Grammar = Grammar {
     name: "evaluate",

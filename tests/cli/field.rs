@@ -98,7 +98,7 @@ fn what_is_no_network_and_what_is_no_runtime_is_refused() {
     fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/src/network/weights/points2surf.safetensors"), at("p2s")).unwrap();
 
     let cases: [(&str, &str, &[&str]); 6] = [
-        ("--model", "nowhere.safetensors", &["nowhere.safetensors: cannot read"]),
+        ("--model", "nowhere.safetensors", &["nowhere.safetensors: cannot open"]),
         ("--model", "text.safetensors", &["found no readable safetensors file", "expected a network file"]),
         ("--model", "p2s", &["found a network of another interface (points2surf)", "one for --field neural"]),
         ("--onnxruntime", "house.laz", &["house.laz", "expected a library of ONNX Runtime", "leave --onnxruntime out"]),

@@ -81,13 +81,47 @@ fn the_quick_start_is_that_of_the_command() {
 #[test]
 fn ready_made_pipelines_run() {
     let repository = Repository::new();
-    for (name, least) in [("unclassified", 65), ("fast", 65), ("high-quality", 69)] {
+    for (name, least) in [("unclassified", 65), ("ground", 65), ("fast", 65), ("high-quality", 69)] {
         let run = repository.pipeline(&format!("pipelines/{name}.json"));
         assert!(run.code == 0 || run.code == 2, "{name}: {}", run.err);
         let model = repository.path(&format!("out/{name}.city.json"));
         assert_valid(&model);
         let (written, lod22) = buildings(&model);
         assert!(written == 71 && lod22 >= least, "{name}: {lod22} of {written}");
+    }
+}
+
+/// The classes of the points of the bundled tile behind these stages, in the order of the file.
+fn classes(repository: &Repository, stages: &[Value]) -> Vec<u8> {
+    let mut all = vec![json!("examples/data/delft_ahn3.laz")];
+    all.extend_from_slice(stages);
+    all.push(json!({"type": "writers.text", "filename": "classes.csv", "order": "Classification:0",
+        "keep_unspecified": false, "write_header": false}));
+    let run = repository.feed(&Value::Array(all), "");
+    assert_eq!(run.code, 0, "{}", run.err);
+    let text = fs::read_to_string(repository.path("classes.csv")).unwrap();
+    text.lines().map(|line| line.parse().unwrap()).collect()
+}
+
+#[test]
+fn ground_is_found_where_nobody_told_it() {
+    let repository = Repository::new();
+    let own = classes(&repository, &[]);
+    let forget = json!({"type": "filters.assign", "value": "Classification = 1"});
+    for (stage, ground, roofs) in
+        [(json!({"type": "filters.smrf", "window": 30}), 0.95, 0.02), (json!({"type": "filters.csf"}), 0.95, 0.02)]
+    {
+        let found = classes(&repository, &[forget.clone(), stage.clone()]);
+        assert_eq!(found.len(), own.len());
+        // Of the points that the file calls ground, and of those that it calls building, so many are ground here.
+        let share = |class: u8| {
+            let of_class: Vec<u8> =
+                own.iter().zip(&found).filter(|(own, _)| **own == class).map(|pair| *pair.1).collect();
+            of_class.iter().filter(|found| **found == 2).count() as f64 / of_class.len() as f64
+        };
+        println!("{stage}: {:.4} of the ground, {:.4} of the buildings", share(2), share(6));
+        assert!(share(2) >= ground, "{stage}: {:.4} of the ground", share(2));
+        assert!(share(6) <= roofs, "{stage}: {:.4} of the buildings", share(6));
     }
 }
 
@@ -268,7 +302,7 @@ fn damage_is_told_by_the_exit_code() {
 fn stages_are_listed_with_their_options() {
     let run = gable(["stages"]);
     assert_eq!(run.code, 0);
-    for name in ["readers.copc", "filters.hag_nn", "writers.lod2"] {
+    for name in ["readers.copc", "filters.hag_nn", "filters.smrf", "writers.lod2"] {
         assert!(run.out.contains(name), "{}", run.out);
     }
     let run = gable(["stages", "writers.lod2"]);

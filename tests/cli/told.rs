@@ -142,7 +142,7 @@ fn a_stated_floor_must_be_there() {
     assert_says(&run_of_name.err, &["house.geojson", "no attribute \"maaiveld\"", "--ground-attribute"]);
     let (_, run_of_model) = run(&house(6.0, 2), "--dtm nowhere.tif");
     assert_eq!(run_of_model.code, 1);
-    assert_says(&run_of_model.err, &["nowhere.tif: cannot open"]);
+    assert_says(&run_of_model.err, &["nowhere.tif: found no such file or folder"]);
 }
 
 #[test]

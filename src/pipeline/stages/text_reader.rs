@@ -166,7 +166,8 @@ impl Reader for TextReader {
     fn prepare(&mut self, _context: &Context<'_>) -> Result<Flow> {
         let mut lines = self.lines()?;
         let in_file = self.header.is_none();
-        for _ in 0..self.skip + u64::from(in_file) {
+        let head = self.skip.saturating_add(u64::from(in_file));
+        for _ in 0..head {
             let line = lines.advance().map_err(|e| Error::io(&self.path, "read", e))?;
             let found = match line {
                 Line::Read => continue,
@@ -207,7 +208,6 @@ impl Reader for TextReader {
             return Err(fault(Misfit::new(found, "X, Y and Z among the names")).into());
         }
         let flow = Flow { layout: layout.clone(), crs: self.crs.clone(), ..Flow::default() };
-        let head = self.skip + u64::from(in_file);
         self.opened = Some(Opened { layout: Arc::new(layout), places, separator, head });
         self.read = None;
         self.is_whole = true;

@@ -381,7 +381,7 @@ impl Features {
         let text = fault.to_string();
         let found = match text.split(" at line ").next().unwrap_or(&text) {
             // What a JSON reader says of the first sign of something else.
-            "expected value" => "something else than JSON",
+            "expected value" | "expected ident" => "something else than JSON",
             found => found,
         };
         self.refusal(place, found, "CityJSON 1.0, 1.1 or 2.0, or a sequence of CityJSONFeatures")
