@@ -31,12 +31,13 @@ pub(super) fn reader_options(filename: &str) -> Vec<OptionSpec> {
 pub(super) fn plain_reader_options(filename: &str) -> Vec<OptionSpec> {
     let mut options = reader_options(filename);
     for option in &mut options {
-        match option.name.as_str() {
-            "override_srs" => option.help = "CRS of the points; the file names none".to_owned(),
-            "default_srs" => option.help = "The same: the file names none".to_owned(),
-            "nosrs" => option.help = "Taken for the sake of PDAL's files: the file names no CRS".to_owned(),
-            _ => {}
-        }
+        let help = match option.name.as_str() {
+            "override_srs" => "CRS of the points; the file names none",
+            "default_srs" => "The same: the file names none",
+            "nosrs" => "Taken for the sake of PDAL's files: the file names no CRS",
+            _ => continue,
+        };
+        help.clone_into(&mut option.help);
     }
     options
 }
@@ -72,7 +73,7 @@ impl TileReader {
     /// # Errors
     /// A CRS that cannot be understood.
     pub fn new(values: &Values, wanted: Vec<Vec<Area>>) -> Result<Self, InputError> {
-        let (override_crs, default_crs) = named_crs(values)?;
+        let [override_crs, default_crs] = named_crs(values)?;
         Ok(Self {
             path: values.text("filename").unwrap_or_default().into(),
             start: values.whole("start").unwrap_or(0),
@@ -97,7 +98,7 @@ impl TileReader {
 ///
 /// # Errors
 /// One that cannot be understood, or both.
-pub(super) fn named_crs(values: &Values) -> Result<(Option<Arc<Crs>>, Option<Arc<Crs>>), InputError> {
+pub(super) fn named_crs(values: &Values) -> Result<[Option<Arc<Crs>>; 2], InputError> {
     let crs = |option: &str| {
         let parsed = values.text(option).map(|text| crs_of(values, option, text));
         parsed.transpose().map(|crs| crs.map(Arc::new))
@@ -105,7 +106,7 @@ pub(super) fn named_crs(values: &Values) -> Result<(Option<Arc<Crs>>, Option<Arc
     if values.is_given("override_srs") && values.is_given("default_srs") {
         return Err(values.place().fault("both `override_srs` and `default_srs`", "one of them"));
     }
-    Ok((crs("override_srs")?, crs("default_srs")?))
+    Ok([crs("override_srs")?, crs("default_srs")?])
 }
 
 /// The CRS that an option names.

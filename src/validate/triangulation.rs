@@ -140,7 +140,8 @@ fn flip_many(place: impl Fn(u32) -> Point2, triangles: &mut [[u32; 3]]) {
         let Some(d) = beyond(triangles[j], side) else { continue };
         let Some(pair) = flipped_over(&place, triangles[i], side, d) else { continue };
         [triangles[i], triangles[j]] = pair;
-        (owner.remove(&[a, b]), owner.remove(&[b, a]));
+        owner.remove(&[a, b]);
+        owner.remove(&[b, a]);
         for index in [i, j] {
             owner.extend(sides(triangles[index]).map(|side| (side, index)));
             waiting.extend(sides(triangles[index]));

@@ -1,4 +1,4 @@
-//! The cloth simulation filter (CSF): Zhang et al. (2016), An Easy-to-Use Airborne LiDAR Data Filtering Method Based on
+//! The cloth simulation filter (CSF): Zhang et al. (2016), An Easy-to-Use Airborne `LiDAR` Data Filtering Method Based on
 //! Cloth Simulation, Remote Sensing 8(6), 501. A cloth rises from below, where the terrain holds it up, and bridges the
 //! ground under buildings; what lies near to it is ground.
 

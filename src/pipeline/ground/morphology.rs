@@ -1,4 +1,4 @@
-//! The simple morphological filter (SMRF): Pingel, Clarke and McBride (2013), An improved simple morphological filter for
+//! The simple morphological filter (SMRF): Pingel, Clarke and `McBride` (2013), An improved simple morphological filter for
 //! the terrain classification of airborne LIDAR data, ISPRS Journal of Photogrammetry and Remote Sensing 77, with a
 //! structuring element that is a diamond and gaps filled by the mean of eight neighbours, as in PDAL.
 

@@ -31,7 +31,7 @@ fn options() -> Vec<OptionSpec> {
 }
 
 fn build(values: &Values) -> Result<Stage> {
-    let (stated, default) = named_crs(values)?;
+    let [stated, default] = named_crs(values)?;
     Ok(Stage::Reader(Box::new(PlyReader {
         path: values.text("filename").unwrap_or_default().into(),
         count: values.whole("count").unwrap_or(u64::MAX),

@@ -57,7 +57,7 @@ fn build(values: &Values) -> Result<Stage> {
             _ => Err(values.fault("separator", &format!("`{text}`"), "one sign")),
         }
     });
-    let (stated, default) = named_crs(values)?;
+    let [stated, default] = named_crs(values)?;
     let header = values.text("header").map(str::to_owned);
     Ok(Stage::Reader(Box::new(TextReader {
         path: values.text("filename").unwrap_or_default().into(),

@@ -102,7 +102,7 @@ fn corners(ring: &[Point]) -> Option<Vec<Point>> {
     if (0..n).all(|i| is_corner(&i)) {
         return (n >= 3).then(|| ring.to_vec());
     }
-    ring::clean(ring.to_vec(), 0.0).map(|cleaned| cleaned.ring)
+    ring::clean(ring, 0.0).map(|cleaned| cleaned.ring)
 }
 
 /// The directed line through two grid points in lowest terms: edges on the same line in the same direction are equal.

@@ -106,7 +106,7 @@ fn orderly(rings: FootprintPolygon, snap: f64, is_remnant: bool, notes: &mut Vec
     let mut out = FootprintPolygon::new();
     let mut spikes = 0;
     for (index, ring) in rings.into_iter().enumerate() {
-        let Some(cleaned) = clean(ring, snap) else {
+        let Some(cleaned) = clean(&ring, snap) else {
             if !is_remnant {
                 let what = if index == 0 { "part" } else { "hole" };
                 note(notes, format!("a {what} of the footprint is narrower than 1 mm: left out"));

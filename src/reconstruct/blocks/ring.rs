@@ -80,7 +80,7 @@ pub(super) struct Cleaned {
 /// Removes vertices that are repeated, collinear with their neighbours (exactly), closer than `snap` steps to the one
 /// before, or the tip of a spike narrower than `snap` steps. `None` when fewer than three are left. A ring that crosses
 /// itself still does.
-pub(super) fn clean(ring: Vec<Point>, snap: f64) -> Option<Cleaned> {
+pub(super) fn clean(ring: &[Point], snap: f64) -> Option<Cleaned> {
     let mut left = Linked::new(ring.len());
     let (mut at, mut settled, mut spikes) = (0, 0, 0);
     while left.len() >= 3 && settled < left.len() {
@@ -134,15 +134,15 @@ mod tests {
             [997, 1000],
             [0, 1000],
         ];
-        let cleaned = clean(ring, 10.0).unwrap();
+        let cleaned = clean(&ring, 10.0).unwrap();
         assert_eq!(cleaned.ring, [[0, 0], [1000, 0], [1000, 1000], [0, 1000]]);
         assert_eq!(cleaned.spikes, 1);
     }
 
     #[test]
     fn a_sliver_is_no_ring() {
-        assert!(clean(vec![[0, 0], [10_000, 0], [5000, 5]], 10.0).is_none());
-        assert!(clean(vec![[0, 0], [10, 10], [20, 20], [5, 5]], 1.0).is_none());
+        assert!(clean(&[[0, 0], [10_000, 0], [5000, 5]], 10.0).is_none());
+        assert!(clean(&[[0, 0], [10, 10], [20, 20], [5, 5]], 1.0).is_none());
     }
 
     #[test]

@@ -61,18 +61,17 @@ impl Mosaic {
             }
             let own = raster.crs().unwrap_or(crs);
             let known = mosaic.ways.iter().position(|(known, _)| known == own);
-            let way = match known {
-                Some(way) => way,
-                None => {
-                    let transformer = Transformer::new(crs, own, Some(bounds)).map_err(|reason| {
-                        let expected = "a terrain model in a CRS to which there is a way from that of the points";
-                        InputError::new(&path, reason, expected)
-                    })?;
-                    let warning = transformer.warning().map(|warning| format!("{}: {warning}", path.display()));
-                    mosaic.warnings.extend(warning);
-                    mosaic.ways.push((own.clone(), transformer));
-                    mosaic.ways.len() - 1
-                }
+            let way = if let Some(way) = known {
+                way
+            } else {
+                let transformer = Transformer::new(crs, own, Some(bounds)).map_err(|reason| {
+                    let expected = "a terrain model in a CRS to which there is a way from that of the points";
+                    InputError::new(&path, reason, expected)
+                })?;
+                let warning = transformer.warning().map(|warning| format!("{}: {warning}", path.display()));
+                mosaic.warnings.extend(warning);
+                mosaic.ways.push((own.clone(), transformer));
+                mosaic.ways.len() - 1
             };
             let (extent, pixel) = (raster.extent(), raster.pixel_size());
             mosaic.sheets.push(Sheet { path, extent, pixel, way });
