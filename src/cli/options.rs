@@ -28,15 +28,27 @@ struct Grammar {
     arguments: &'static str,
 }
 
-const RECONSTRUCT: Grammar =
-    Grammar { name: "reconstruct", others: &["quiet", "verbose", "view"], arguments: "tiles" };
+const RECONSTRUCT: Grammar = Grammar { name: "reconstruct", others: &["quiet", "verbose", "view"], arguments: "tiles" };
 const VALIDATE: Grammar = Grammar { name: "validate", others: &["strict", "list", "json"], arguments: "" };
 const EVALUATE: Grammar = Grammar {
     name: "evaluate",
     // What is tried on scans needs no model, and is no measurement of one.
     others: &[
-        "points", "json", "field", "generate", "limit", "columns", "seed", "jobs", "model", "onnxruntime", "hold-out",
-        "density", "footprints", "crs", "footprint-crs",
+        "points",
+        "json",
+        "field",
+        "generate",
+        "limit",
+        "columns",
+        "seed",
+        "jobs",
+        "model",
+        "onnxruntime",
+        "hold-out",
+        "density",
+        "footprints",
+        "crs",
+        "footprint-crs",
     ],
     arguments: "",
 };
@@ -92,12 +104,7 @@ pub fn validation(text: &str) -> Result<audit::Options> {
 ///
 /// # Errors
 /// As [`job`]; a file cannot be read, or the model, the tiles and the reference are not in one CRS.
-pub fn evaluation(
-    model: &Path,
-    points: &[String],
-    text: &str,
-    heard: &mut dyn FnMut(Heard<'_>),
-) -> Result<Evaluation> {
+pub fn evaluation(model: &Path, points: &[String], text: &str, heard: &mut dyn FnMut(Heard<'_>)) -> Result<Evaluation> {
     let mut args: evaluate::Args = parse(&EVALUATE, &object(text)?, &["--", "model"])?;
     args.compare_with(points);
     evaluate::evaluation(model, &args, heard)
