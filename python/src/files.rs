@@ -70,7 +70,9 @@ pub fn convert(
                 teller.advance(at.bytes);
             }
         })?;
-        warnings.iter().for_each(|warning| teller.warn(warning));
+        for warning in &warnings {
+            teller.warn(warning);
+        }
         Ok(written.path)
     })
 }
@@ -108,7 +110,9 @@ pub fn page(
             teller.heed();
             teller.advance(bytes);
         })?;
-        page.problems.iter().for_each(|problem| teller.warn(&problem.to_string()));
+        for problem in &page.problems {
+            teller.warn(&problem.to_string());
+        }
         if page.contents.unreadable > 0 {
             let (name, count) = (model.display(), page.contents.unreadable);
             teller.warn(&format!("{name}: {count} features could not be read; the page lists them"));

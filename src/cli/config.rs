@@ -165,7 +165,7 @@ mod tests {
         let words = spelt(&["reconstruct", "-o", "x.city.json", "--config", config]).unwrap();
         assert_eq!(
             words[2..7],
-            ["--footprints=f.gpkg", "--lambda=0.2", "--ground-class=2,8", "--view", "a.laz"].map(str::to_owned)
+            ["--footprints=f.gpkg", "--ground-class=2,8", "--lambda=0.2", "--view", "a.laz"].map(str::to_owned)
         );
         // What is given goes before, and before a preset the configuration.
         let given = ["reconstruct", "c.laz", "-f", "g.gpkg", "--lambda=1", "--config", config, "--preset", "fast"];

@@ -35,7 +35,7 @@ const NAMES: &[(&str, &[&str])] = &[
 /// file; a name that nobody knows stays as it is.
 pub fn usual_name(name: &str) -> &str {
     let is_meant = |own: &&str| own.eq_ignore_ascii_case(name);
-    let known = NAMES.iter().find(|(usual, others)| is_meant(usual) || others.iter().any(|other| is_meant(other)));
+    let known = NAMES.iter().find(|(usual, others)| is_meant(usual) || others.iter().any(&is_meant));
     known.map_or(name, |(usual, _)| usual)
 }
 

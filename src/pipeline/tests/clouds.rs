@@ -26,7 +26,7 @@ fn text_has_the_dimensions_of_its_names() {
         stage
     };
     let named = reader(json!({"skip": 1, "header": "Y X Z Mark", "count": 2, "spatialreference": "EPSG:7415"}));
-    assert_eq!(bench.rows(&[named.clone()], "X,Y,Mark"), [[2.0, 1.0, 9.0], [5.0, 4.0, 8.0]]);
+    assert_eq!(bench.rows(std::slice::from_ref(&named), "X,Y,Mark"), [[2.0, 1.0, 9.0], [5.0, 4.0, 8.0]]);
     bench.run(&json!([named, "@o.las"]));
     let tile = crate::source::points::Tile::open(bench.path("o.las")).unwrap();
     assert_eq!((tile.points, tile.crs.unwrap().code.as_deref()), (2, Some("EPSG:7415")));

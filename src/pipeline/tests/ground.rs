@@ -128,7 +128,7 @@ fn ground_gets_its_class_and_who_takes_no_part_keeps_it() {
     let unknown = json!(["@town.las", {"type": "filters.smrf", "classbits": "overlap"}, {"type": "writers.null"}]);
     assert!(bench.fault(&unknown).contains("`overlap`"));
     // Points without echoes all take part.
-    let text: String = (0..20).map(|i| format!("{i},{i},{}\n", if i == 7 { 30 } else { 0 })).collect();
-    std::fs::write(bench.path("t.csv"), format!("X,Y,Z\n{text}")).unwrap();
+    let lines: Vec<String> = (0..20).map(|i| format!("{i},{i},{}", if i == 7 { 30 } else { 0 })).collect();
+    std::fs::write(bench.path("t.csv"), format!("X,Y,Z\n{}\n", lines.join("\n"))).unwrap();
     assert_eq!(counts(&bench, &[json!("@t.csv"), json!({"type": "filters.smrf"})]), [0, 1, 19, 0, 0]);
 }

@@ -103,6 +103,7 @@ impl File {
         bodies.iter().map(|body| self.shell(body)).collect()
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "every caller makes it on the spot")]
     fn object(&mut self, id: &str, kind: &str, geometry: Value) -> &mut Value {
         self.objects.insert(id.to_owned(), json!({"type": kind, "geometry": [geometry]}));
         &mut self.objects[id]

@@ -32,6 +32,7 @@ fn codes_in(report: &Path) -> Vec<u16> {
 }
 
 /// What val3dity says where it is at hand; `None` where it ends without a report.
+#[expect(clippy::option_option, reason = "not asked, no answer, an answer")]
 fn asked(file: &Path) -> Option<Option<Vec<u16>>> {
     let report = file.with_extension("val3dity.json");
     let program = std::env::var_os("GABLE_VAL3DITY")?;
