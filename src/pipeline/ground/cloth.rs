@@ -19,6 +19,9 @@ const DAMPING: f64 = 0.01;
 const REST: f64 = 0.005;
 /// The part of the difference to a neighbour that a node makes up in one go.
 const PULL: f64 = 0.3;
+/// The steps, in x and y, to the neighbours that pull at a node, in the order in which the program of the authors has them:
+/// the sums hang on it.
+const AROUND: [(isize, isize); 8] = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (1, -1), (1, 0), (0, 1), (1, 1)];
 /// Connected nodes that hang free and are so few stay where they are.
 const FEWEST: usize = 50;
 
@@ -166,7 +169,7 @@ impl Cloth {
         for ((height, before), is_free) in self.heights.iter_mut().zip(&mut self.before).zip(&self.is_free) {
             if *is_free {
                 let now = *height;
-                *height += (now - *before) * (1.0 - DAMPING) + push;
+                *height = now + (now - *before) * (1.0 - DAMPING) + push;
                 *before = now;
             }
         }
@@ -179,8 +182,8 @@ impl Cloth {
         for i in 0..self.heights.len() {
             let (row, column) = ((i / columns) as isize, (i % columns) as isize);
             for reach in [1, 2] {
-                for (down, right) in [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)] {
-                    let (row, column) = (row + down * reach, column + right * reach);
+                for (right, up) in AROUND {
+                    let (row, column) = (row + up * reach, column + right * reach);
                     if row < 0 || column < 0 || row >= rows as isize || column >= columns as isize {
                         continue;
                     }
