@@ -79,6 +79,13 @@ pub(super) fn left_over(model: &Path) -> Result<Option<usize>> {
     Ok(Some(lines.found.len()))
 }
 
+/// Whether nothing but the folder is left of the checkpoint of `model`: its run was killed as it had begun, or as it ended
+/// and the model stood already.
+pub(super) fn is_bare(model: &Path) -> bool {
+    let folder = folder_of(model);
+    folder.is_dir() && !folder.join(FILE).exists()
+}
+
 impl Checkpoint {
     /// Makes the checkpoint of `model`; with `resume`, takes over what is there.
     ///

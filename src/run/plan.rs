@@ -184,6 +184,9 @@ fn read_footprints(
 /// # Errors
 /// There is something, and nothing says what to do about it.
 fn goes_on(job: &Job, model: &Path, journal: &Journal<'_>) -> Result<bool> {
+    if job.resume && checkpoint::is_bare(model) {
+        return Ok(true);
+    }
     let Some(n) = checkpoint::left_over(model)?.filter(|&n| n > 0) else { return Ok(false) };
     if job.resume {
         return Ok(true);

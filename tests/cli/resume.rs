@@ -149,3 +149,18 @@ fn two_runs_do_not_write_the_same_model() {
     assert!(child.wait().unwrap().success());
     assert_eq!(json_of(&out)["type"], "CityJSON");
 }
+
+#[test]
+fn a_run_that_was_killed_as_it_ended_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.city.json");
+    assert_eq!(delft(&out, "--quiet --field height-field").code, 0);
+    let whole = std::fs::read(&out).unwrap();
+    // The model has its name, and of what was kept beside it only the folder is left.
+    let partial = folder.path().join("out.city.json.partial");
+    std::fs::create_dir(&partial).unwrap();
+    assert_says(&delft(&out, "--field height-field").err, &["--overwrite"]);
+    let run = delft(&out, "--resume --field height-field");
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(std::fs::read(&out).unwrap() == whole && !partial.exists());
+}
