@@ -109,14 +109,7 @@ fn step(code: u16) -> u16 {
 }
 
 pub(super) fn name(kind: &GeometryKind) -> &'static str {
-    match kind {
-        GeometryKind::MultiSurface => "MultiSurface",
-        GeometryKind::CompositeSurface => "CompositeSurface",
-        GeometryKind::Solid => "Solid",
-        GeometryKind::MultiSolid => "MultiSolid",
-        GeometryKind::CompositeSolid => "CompositeSolid",
-        GeometryKind::Other(_) => "other",
-    }
+    kind.of_faces().unwrap_or("other")
 }
 
 /// Checks a geometry on all its levels and returns it on the grid; empty if that is not possible.

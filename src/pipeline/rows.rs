@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use super::points::{Column, Layout, Points};
+use super::stage::{Context, Next};
+use crate::error::Result;
 use crate::source::crs::Crs;
 
 /// Points of a chunk.
@@ -25,9 +27,12 @@ impl Rows {
         Self { layout, crs, places, columns, len: 0 }
     }
 
-    /// Takes a point; dimensions without a value are zero, as is what a dimension cannot hold. Gives the points when they
+    /// Takes a point; dimensions without a value are zero, as is what a dimension cannot hold. Hands the points on when they
     /// are enough for a chunk.
-    pub fn push(&mut self, values: &[f64]) -> Option<Points> {
+    ///
+    /// # Errors
+    /// As `next`.
+    pub fn push(&mut self, values: &[f64], context: &Context<'_>, next: &mut Next<'_>) -> Result<()> {
         self.len += 1;
         for column in &mut self.columns {
             column.pad(self.len);
@@ -36,14 +41,20 @@ impl Rows {
             // The columns have the types that the file states.
             let _ = self.columns[*place].set(self.len - 1, *value);
         }
-        (self.len >= CHUNK).then(|| self.take())
+        if self.len < CHUNK { Ok(()) } else { self.finish(context, next) }
     }
 
-    /// The points since the last chunk, perhaps none.
-    pub fn take(&mut self) -> Points {
-        self.len = 0;
+    /// Hands on the points since the last chunk, if there are any.
+    ///
+    /// # Errors
+    /// As `next`.
+    pub fn finish(&mut self, context: &Context<'_>, next: &mut Next<'_>) -> Result<()> {
+        if self.len == 0 {
+            return Ok(());
+        }
         let columns = std::mem::replace(&mut self.columns, empty(&self.layout));
-        Points::of_columns(Arc::clone(&self.layout), columns, self.crs.clone())
+        context.observer.advanced(std::mem::take(&mut self.len) as u64);
+        next(Points::of_columns(Arc::clone(&self.layout), columns, self.crs.clone()))
     }
 }
 

@@ -54,13 +54,6 @@ impl Detected {
         let (undersides, covered) = take_covered(&site.points, site.ground.height, &mut roofs, &walls);
         Ok(Self { roofs, undersides, walls, covered, count, revised: 0, noise: detection.noise })
     }
-
-    /// Indices of the points on roofs, ascending.
-    pub fn roof_inliers(&self) -> Vec<u32> {
-        let mut inliers: Vec<u32> = self.roofs.iter().flat_map(|roof| roof.inliers.iter().copied()).collect();
-        inliers.sort_unstable();
-        inliers
-    }
 }
 
 /// Takes the undersides out of the roofs, and says which of the walls stand under a roof. What lies at the height of the

@@ -221,14 +221,6 @@ impl Hypotheses {
         })
     }
 
-    /// Indices of the points on roof primitives, ascending.
-    pub fn roof_inliers(&self) -> Vec<u32> {
-        let mut inliers: Vec<u32> =
-            self.primitives.iter().take(self.roofs).flat_map(|p| p.inliers.iter().copied()).collect();
-        inliers.sort_unstable();
-        inliers
-    }
-
     /// The points on roof primitives.
     pub fn roof_points<'a>(&'a self, site: &'a Site) -> impl Iterator<Item = &'a Point3<f64>> {
         self.primitives.iter().take(self.roofs).flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize))

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use crate::solid::Model;
+use crate::solid::{Model, Part, Solid};
 
 /// A level of detail (Biljecki, Ledoux, Stoter 2016).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -117,6 +117,23 @@ impl JsonSchema for Levels {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         String::json_schema(generator)
     }
+}
+
+/// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks` and the LoD 1.3 blocks that stand for each of the solids, or else for each
+/// of the blocks.
+pub(super) fn parts(solids: Vec<Solid>, blocks: Vec<Solid>, stepped: Vec<Vec<Solid>>) -> Vec<Part> {
+    let count = solids.len().max(blocks.len()).max(stepped.len());
+    let (mut solids, mut blocks, mut stepped) = (solids.into_iter(), blocks.into_iter(), stepped.into_iter());
+    let mut more = Vec::new();
+    let mut part = || {
+        let mut of_part = stepped.next().unwrap_or_default().into_iter();
+        let part = Part { lod12: blocks.next(), lod13: of_part.next(), lod22: solids.next() };
+        more.extend(of_part.map(|solid| Part { lod13: Some(solid), ..Part::default() }));
+        part
+    };
+    let mut parts: Vec<Part> = (0..count).map(|_| part()).collect();
+    parts.append(&mut more);
+    parts
 }
 
 #[cfg(test)]

@@ -47,12 +47,13 @@ use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::site::Site;
-use crate::solid::{Model, Part, Solid};
+use crate::solid::{Model, Solid};
 use crate::validate;
 use confidence::Confidence;
 use decision::Decision;
 use fit::Fit;
 use occupancy::Occupancy;
+use primitives::Primitive;
 use standing::Standing;
 use surface::{Labelled, SurfaceParameters};
 
@@ -130,14 +131,13 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
             "{count} point(s) are of what is too small to stand or hovers, and in no height and no RMSE"
         ));
     }
-    let counting = fit::counting(&site.points, &left_out);
-    let stepped = if parameters.lod.has(Level::Stepped) {
-        stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes)
-    } else {
-        Vec::new()
-    };
-    measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
-    let mut parts = parts(solids, blocks, stepped);
+    let mut stepped = Vec::new();
+    if parameters.lod.has(Level::Stepped) {
+        let counting = fit::counting(&site.points, &left_out);
+        stepped = stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes);
+        measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
+    }
+    let mut parts = levels::parts(solids, blocks, stepped);
     for part in &mut parts {
         let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22];
         solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
@@ -269,14 +269,7 @@ fn attempt_with(
     field: &dyn Occupancy,
 ) -> Attempt {
     let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
-    let roofs = detected.roof_inliers();
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    if solved.as_ref().is_err_and(|failure| failure.reason == Reason::TooComplex) && solution.roof_points.is_empty() {
-        // A block needs no more than the heights of the roofs.
-        let mut heights: Vec<f64> = roofs.iter().filter_map(|&i| Some(whole.points.get(i as usize)?.z)).collect();
-        solution.measures.roof_heights = measures::roof_heights(&mut heights);
-        solution.roof_points = roofs;
-    }
     let Solution { measures, outline, solids, roof_points, strays } = solution;
     let scanned = fit::Scanned {
         site,
@@ -311,15 +304,22 @@ impl Solution {
         if site.footprint.is_none() {
             self.outline.clone_from(&hypotheses.outline);
         }
+        self.measure_roofs(site, &hypotheses.primitives[..hypotheses.roofs]);
+        self.strays.clone_from(&hypotheses.strays);
         let measures = &mut self.measures;
         measures.primitives = hypotheses.detected;
-        measures.roof_heights =
-            measures::roof_heights(&mut hypotheses.roof_points(site).map(|p| p.z).collect::<Vec<_>>());
-        self.roof_points = hypotheses.roof_inliers();
-        self.strays.clone_from(&hypotheses.strays);
         measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
         measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
         measures.cells = complex.cells.len();
+    }
+
+    /// Notes where roofs were seen: a block needs no more.
+    fn measure_roofs(&mut self, site: &Site, roofs: &[Primitive]) {
+        let mut inliers: Vec<u32> = roofs.iter().flat_map(|roof| roof.inliers.iter().copied()).collect();
+        inliers.sort_unstable();
+        let mut heights: Vec<f64> = inliers.iter().filter_map(|&i| Some(site.points.get(i as usize)?.z)).collect();
+        self.measures.roof_heights = measures::roof_heights(&mut heights);
+        self.roof_points = inliers;
     }
 
     /// Makes solids of what was decided about the cells of a building.
@@ -368,23 +368,6 @@ impl Solution {
         self.solids = solids;
         Ok(())
     }
-}
-
-/// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks` and the LoD 1.3 blocks that stand for each of the solids, or else for each
-/// of the blocks.
-fn parts(solids: Vec<Solid>, blocks: Vec<Solid>, stepped: Vec<Vec<Solid>>) -> Vec<Part> {
-    let count = solids.len().max(blocks.len()).max(stepped.len());
-    let (mut solids, mut blocks, mut stepped) = (solids.into_iter(), blocks.into_iter(), stepped.into_iter());
-    let mut more = Vec::new();
-    let mut part = || {
-        let mut of_part = stepped.next().unwrap_or_default().into_iter();
-        let part = Part { lod12: blocks.next(), lod13: of_part.next(), lod22: solids.next() };
-        more.extend(of_part.map(|solid| Part { lod13: Some(solid), ..Part::default() }));
-        part
-    };
-    let mut parts: Vec<Part> = (0..count).map(|_| part()).collect();
-    parts.append(&mut more);
-    parts
 }
 
 fn grid_height(site: &Site, height: f64) -> i64 {

@@ -43,7 +43,11 @@ pub(super) fn solve(
             .map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
         Ok(if is_height_field || asks_last { vote } else { Decision::new(field, building, vote) })
     };
-    let mut building = Partitioned::with(site, &detected, parameters)?;
+    let partitioned = Partitioned::with(site, &detected, parameters);
+    if partitioned.as_ref().is_err_and(|failure| failure.reason == Reason::TooComplex) {
+        solution.measure_roofs(site, &detected.roofs);
+    }
+    let mut building = partitioned?;
     solution.measure(&building);
     let mut decision = decide(&building)?;
     if let Err(failure) = solution.build(&building, &decision, parameters) {

@@ -125,14 +125,7 @@ impl<T> Nested<T> {
 impl<'a> JsonGeometry<'a> {
     /// A geometry over the vertices `indices` of the file; `None` for one that has no faces of its own.
     fn of(geometry: &'a Geometry, indices: &[u32]) -> Option<Self> {
-        let kind = match geometry.kind {
-            GeometryKind::MultiSurface => "MultiSurface",
-            GeometryKind::CompositeSurface => "CompositeSurface",
-            GeometryKind::Solid => "Solid",
-            GeometryKind::MultiSolid => "MultiSolid",
-            GeometryKind::CompositeSolid => "CompositeSolid",
-            GeometryKind::Other(_) => return None,
-        };
+        let kind = geometry.kind.of_faces()?;
         let in_file = |&index: &u32| indices.get(index as usize).copied().unwrap_or_default();
         let rings = |face: &Face| face.rings.iter().map(|ring| ring.iter().map(in_file).collect()).collect();
         let semantics = (!geometry.surfaces.is_empty()).then(|| Semantics {

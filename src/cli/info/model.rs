@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::describe::CrsInfo;
 use crate::error::Result;
-use crate::source::cityjson::{self, GeometryKind};
+use crate::source::cityjson;
 use crate::source::crs::Crs;
 
 /// What is in a city model.
@@ -94,7 +94,7 @@ pub fn describe(path: &Path) -> Result<ModelInfo> {
             }
             for geometry in &object.geometries {
                 let lod = if geometry.lod.is_empty() { "no LoD".to_owned() } else { format!("LoD {}", geometry.lod) };
-                *info.geometries.entry(format!("{}, {lod}", kind(&geometry.kind))).or_default() += 1;
+                *info.geometries.entry(format!("{}, {lod}", geometry.kind.name())).or_default() += 1;
                 for surface in &geometry.surfaces {
                     *info.surfaces.entry(surface.kind.clone()).or_default() += 1;
                 }
@@ -102,15 +102,4 @@ pub fn describe(path: &Path) -> Result<ModelInfo> {
         }
     }
     Ok(info)
-}
-
-fn kind(kind: &GeometryKind) -> &str {
-    match kind {
-        GeometryKind::MultiSurface => "MultiSurface",
-        GeometryKind::CompositeSurface => "CompositeSurface",
-        GeometryKind::Solid => "Solid",
-        GeometryKind::MultiSolid => "MultiSolid",
-        GeometryKind::CompositeSolid => "CompositeSolid",
-        GeometryKind::Other(name) => name,
-    }
 }

@@ -58,6 +58,11 @@ impl Layout {
         &self.dimensions
     }
 
+    /// The names of the dimensions.
+    pub fn names(&self) -> Vec<&str> {
+        self.dimensions.iter().map(|dimension| dimension.name.as_str()).collect()
+    }
+
     /// The place of a dimension: that of exactly this name, else one that differs in the case of letters only.
     pub fn find(&self, name: &str) -> Option<usize> {
         let named = |same: &dyn Fn(&str) -> bool| self.dimensions.iter().position(|d| same(&d.name));

@@ -105,19 +105,12 @@ impl Reader for PlyReader {
         } else {
             file.read(&mut |values| {
                 given += 1;
-                if let Some(points) = rows.push(values) {
-                    context.observer.advanced(points.len() as u64);
-                    outcome = next(points);
-                }
+                outcome = rows.push(values, context, next);
                 if outcome.is_err() || given >= self.count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })?
         };
         outcome?;
-        let rest = rows.take();
-        context.observer.advanced(rest.len() as u64);
-        if !rest.is_empty() {
-            next(rest)?;
-        }
+        rows.finish(context, next)?;
         self.read = Some(given);
         if let Some(fault) = fault {
             self.is_whole = false;
@@ -135,13 +128,12 @@ impl Reader for PlyReader {
 
     fn metadata(&self) -> Map<String, Value> {
         let Some(Opened { file, layout, .. }) = &self.opened else { return Map::new() };
-        let dimensions: Vec<&str> = layout.dimensions().iter().map(|dimension| dimension.name.as_str()).collect();
         Map::from_iter([
             ("filename".to_owned(), json!(self.path.display().to_string())),
             ("format".to_owned(), json!(file.encoding())),
             ("count".to_owned(), json!(file.vertices())),
             ("read".to_owned(), json!(self.read)),
-            ("dimensions".to_owned(), json!(dimensions)),
+            ("dimensions".to_owned(), json!(layout.names())),
         ])
     }
 }

@@ -245,16 +245,9 @@ impl Reader for TextReader {
                 continue;
             }
             given += 1;
-            if let Some(points) = rows.push(&values) {
-                context.observer.advanced(points.len() as u64);
-                next(points)?;
-            }
+            rows.push(&values, context, next)?;
         }
-        let rest = rows.take();
-        context.observer.advanced(rest.len() as u64);
-        if !rest.is_empty() {
-            next(rest)?;
-        }
+        rows.finish(context, next)?;
         self.read = Some(given);
         if let Some((number, found, count)) = lost {
             self.is_whole = false;
@@ -272,12 +265,11 @@ impl Reader for TextReader {
 
     fn metadata(&self) -> Map<String, Value> {
         let Some(Opened { layout, separator, .. }) = &self.opened else { return Map::new() };
-        let dimensions: Vec<&str> = layout.dimensions().iter().map(|dimension| dimension.name.as_str()).collect();
         Map::from_iter([
             ("filename".to_owned(), json!(self.path.display().to_string())),
             ("separator".to_owned(), json!(separator)),
             ("read".to_owned(), json!(self.read)),
-            ("dimensions".to_owned(), json!(dimensions)),
+            ("dimensions".to_owned(), json!(layout.names())),
         ])
     }
 }

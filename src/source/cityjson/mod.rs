@@ -1,6 +1,7 @@
 //! City models: CityJSON 1.0 to 2.0 and CityJSONSeq, as plain data.
 
 mod groups;
+mod kind;
 mod parse;
 mod solid;
 #[cfg(test)]
@@ -15,6 +16,7 @@ use serde_json::{Map, Value};
 use crate::error::{Error, InputError, Result};
 use crate::source::open;
 use crate::source::reread::is_standard_input;
+pub use kind::GeometryKind;
 use parse::Document;
 
 /// A city model, or one feature of a sequence.
@@ -106,23 +108,6 @@ pub struct Geometry {
     pub surfaces: Vec<SemanticSurface>,
     /// What a `GeometryInstance` is an instance of, where it says so.
     pub instance: Option<Instance>,
-}
-
-/// The type of a geometry.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum GeometryKind {
-    /// Surfaces that need not be connected.
-    MultiSurface,
-    /// Connected surfaces.
-    CompositeSurface,
-    /// One solid.
-    Solid,
-    /// Solids that need not touch.
-    MultiSolid,
-    /// Solids that touch.
-    CompositeSolid,
-    /// What has no faces of its own (points, lines, template instances), by its name.
-    Other(String),
 }
 
 /// A shell of a solid, or all faces of a surface.
