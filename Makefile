@@ -14,7 +14,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test faults postgis platforms python lock loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test faults postgis platforms python loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -49,18 +49,12 @@ platforms: setup
 python: setup
 	bash scripts/test-python.sh
 
-# After a change of dependencies: the lock file of the Python package follows that of gable, so that both are made of the same.
-lock:
-	cp Cargo.lock python/Cargo.lock
-	cargo metadata --format-version 1 --manifest-path python/Cargo.toml >/dev/null
-
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup
 	sh training/loop.sh
 
 lint: setup
-	cargo fmt --check
-	cargo fmt --check --manifest-path python/Cargo.toml
+	cargo fmt --check --all
 	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
 

@@ -3,7 +3,7 @@
 
     scripts/dependencies.py [--advisories FOLDER]
 
-Licences are those that `cargo metadata` tells, of all crates in Cargo.lock and in python/Cargo.lock. Advisories are those of RustSec
+Licences are those that `cargo metadata` tells, of all crates in Cargo.lock. Advisories are those of RustSec
 (https://github.com/rustsec/advisory-db): a checkout of it in FOLDER or $ADVISORY_DB, or one that is cloned into .tools;
 where there is none and none can be fetched, that check is skipped and says so. `cargo deny check` would do the same, but
 takes longer to build than all else here to run.
@@ -98,11 +98,8 @@ def meets(version: str, comparator: str) -> bool:
 
 def crates() -> list:
     command = ["cargo", "metadata", "--locked", "--format-version", "1"]
-    found = {}
-    for folder in (ROOT, ROOT / "python"):
-        told = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
-        found.update((package["id"], package) for package in json.loads(told)["packages"])
-    return list(found.values())
+    told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    return json.loads(told)["packages"]
 
 
 def licence_faults(packages: list) -> list:

@@ -32,7 +32,7 @@ pip() { "$own/pip" --disable-pip-version-check --quiet "$@" >"$log" 2>&1; }
 pip install 'maturin>=1.9.4,<2' || skip "maturin cannot be installed: $(tail -n 1 "$log")"
 # Where the program is built, most of this is.
 cargo build --release --locked --quiet
-cargo clippy --release --locked --quiet --manifest-path python/Cargo.toml -- -D warnings
+cargo clippy --release --locked --quiet --package gable-python -- -D warnings
 rm -rf out/wheels
 "$own/maturin" build --release --locked --quiet --interpreter "$own/python" --out out/wheels
 wheel=$(ls out/wheels/*.whl)
