@@ -32,7 +32,7 @@ test: setup
 header: setup
 	GABLE_UPDATE_HEADER=1 cargo test --locked --manifest-path tools/header/Cargo.toml
 
-# A few cases of every kind; with MINUTES=60 as many as fit into an hour. See docs/known-limits.md for what came out.
+# A few cases of every kind; with MINUTES=60 as many as fit into an hour. See docs/faults.md for what came out.
 faults: setup
 	cargo build --release --locked
 	python3 scripts/faults $(if $(MINUTES),--minutes $(MINUTES),--quick)

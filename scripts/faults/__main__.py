@@ -8,9 +8,9 @@
 
 Every run of gable has a time limit and limits on its address space and its memory. It must end by itself with one of its exit
 codes and a word, say nothing of a panic, leave nothing half-written under a final name, nothing outside of the folder of its
-output, and every model that it writes must be valid. Prints a table of what was run and, for every breach, the command that
-reproduces it; exits with 1 if there is one. What follows from --seed does so whatever else is run. Needs Python 3.9 and
-nothing else, on Linux; small disks need the right to mount one.
+output, and every model that it writes must be valid. Prints, for every breach, the command that makes it again, and a table
+of what was run, which a quick run without a breach leaves out; exits with 1 if there is a breach. What follows from --seed
+does so whatever else is run. Needs Python 3.9 and nothing else, on Linux; small disks need the right to mount one.
 """
 
 import argparse
@@ -60,6 +60,7 @@ def kinds():
         ("empty footprints", load.empty, 1, 1),
         ("hall", load.hall, 1, 1),
         ("jagged", load.jagged, 1, 1),
+        ("star", load.star, 1, 1),
     ]
     return found
 
@@ -84,18 +85,43 @@ def schedule(chosen, quick):
                 yield of(name, function)
 
 
-def table(bench):
-    lines = [f"{'kind':24} {'cases':>6} {'runs':>6} {'longest':>8} {'memory':>8}  runs by exit code"]
-    for kind, of_kind in sorted(bench.counts.items()):
+def kind_of(name):
+    """The kind in the table: damage counts by its way, whatever the format."""
+    return name.split()[0] if name.split()[0] in damage.WAYS else name
+
+
+def summed(counts):
+    """The counts by what is one kind in the table, in the order of `kinds`."""
+    out = {}
+    for name, of_name in ((name, counts[name]) for name, *_ in kinds() if name in counts):
+        of_kind = out.setdefault(kind_of(name), {"cases": 0, "runs": 0, "seconds": 0.0, "memory": 0, "codes": {}})
+        for what in ("cases", "runs"):
+            of_kind[what] += of_name[what]
+        for what in ("seconds", "memory"):
+            of_kind[what] = max(of_kind[what], of_name[what])
+        for code, number in of_name["codes"].items():
+            of_kind["codes"][code] = of_kind["codes"].get(code, 0) + number
+    return out
+
+
+def table(counts):
+    lines = [f"{'kind':16} {'cases':>6} {'runs':>6} {'longest':>8} {'memory':>8}  runs by exit code"]
+    for kind, of_kind in counts.items():
         told = ", ".join(f"{code}: {n}" for code, n in sorted(of_kind["codes"].items()))
         memory = f"{of_kind['memory'] >> 20} MiB"
-        lines.append(f"{kind:24} {of_kind['cases']:6} {of_kind['runs']:6} {of_kind['seconds']:6.1f} s {memory:>8}  {told}")
-    totals = [sum(of_kind[what] for of_kind in bench.counts.values()) for what in ("cases", "runs")]
-    lines.append(f"{'all':24} {totals[0]:6} {totals[1]:6}")
-    lines += [f"skipped: {kind}: {reason}" for kind, reason in sorted(bench.skipped.items())]
-    broken = {kind: sum(k == kind for k, _ in bench.breaches) for kind, _ in bench.breaches}
-    lines.append(f"{len(bench.breaches)} breach(es)" + "".join(f"; {kind}: {n}" for kind, n in sorted(broken.items())))
+        lines.append(f"{kind:16} {of_kind['cases']:6} {of_kind['runs']:6} {of_kind['seconds']:6.1f} s {memory:>8}  {told}")
     return "\n".join(lines)
+
+
+def verdict(bench, seconds):
+    cases, runs = (sum(of_kind[what] for of_kind in bench.counts.values()) for what in ("cases", "runs"))
+    lines = [f"skipped: {kind}: {reason}" for kind, reason in sorted(bench.skipped.items())]
+    broken = {}
+    for kind, _ in bench.breaches:
+        broken[kind] = broken.get(kind, 0) + 1
+    told = "; ".join(f"{kind}: {n}" for kind, n in sorted(broken.items()))
+    found = f"{len(bench.breaches)} breach(es): {told}" if broken else "no breach"
+    return "\n".join([*lines, f"{cases} cases, {runs} runs of gable in {seconds:.0f} s: {found}"])
 
 
 def main():
@@ -111,7 +137,8 @@ def main():
     args = parser.parse_args()
     if not args.gable.exists():
         sys.exit(f"{args.gable} is not there: cargo build --release --locked")
-    quick = args.quick or args.minutes is None
+    # A case by its number is one of a long run.
+    quick = args.quick or (args.minutes is None and args.case is None)
     wanted = [kind for kind in args.only.split(",") if kind]
     chosen = [kind for kind in kinds() if not wanted or any(kind[0] == w or kind[0].startswith(w + " ") for w in wanted)]
     if not chosen:
@@ -119,7 +146,7 @@ def main():
     bench = Bench(args.gable.resolve(), {}, args.seed, args.keep.resolve())
     bench.undisturbed, bench.results, bench.tags = threading.Lock(), {}, None
     bench.halls = [(24, 16)] if quick else [(40, 20), (160, 100), (300, 200)]
-    bench.empty, bench.jagged = (5_000, 4_000) if quick else (100_000, 20_000)
+    bench.empty, bench.outlines = (5_000, 4_000) if quick else (100_000, 20_000)
     begun = time.monotonic()
     folder = Path(tempfile.mkdtemp(prefix="gable-sound-"))
     made = Case(bench, "sound", 0, folder)
@@ -127,8 +154,8 @@ def main():
     bench.sound["field.safetensors"] = (ROOT / "src" / "network" / "weights" / "field.safetensors").read_bytes()
     bench.sound["many.las"] = sound.plain_las(made, ROOT / "examples" / "data" / "delft_ahn3.laz")
     made.look_around()
+    bench.counts.clear()
     shutil.rmtree(folder)
-    print(f"{len(bench.sound)} sound inputs in {time.monotonic() - begun:.1f} s", flush=True)
     if args.case is not None:
         for name, function, *_ in chosen:
             bench.case(name, args.case, function)
@@ -146,7 +173,10 @@ def main():
                         future.result()
             for future in pending:
                 future.result()
-    print(f"\n{table(bench)}\nin {time.monotonic() - begun:.0f} s")
+    # Where nothing is amiss, a quick run has nothing to tell.
+    if bench.breaches or not quick:
+        print(table(summed(bench.counts)))
+    print(verdict(bench, time.monotonic() - begun))
     return 1 if bench.breaches else 0
 
 

@@ -18,7 +18,9 @@ from pathlib import Path
 ADDRESS_SPACE = 4 << 30
 # Memory that a run on the small inputs of the faults may hold at most, bytes.
 MEMORY = 600 << 20
+# Time that a run may take, seconds. On a busy machine it is processor time, and a run that does nothing for IDLE hangs.
 SECONDS = 120
+IDLE = 30
 LAUNCH = str(Path(__file__).resolve().parent / "launch.py")
 PANIC = ("panicked at", "stack backtrace", "overflowed its stack", "RUST_BACKTRACE", "memory allocation of")
 
@@ -40,6 +42,21 @@ class Started:
     def kill(self):
         """kill -9, at once."""
         os.killpg(self.process.pid, signal.SIGKILL)
+
+    def hangs(self, seconds):
+        """Waits for the end; None, or why there is none to be waited for."""
+        wait, used = seconds, 0.0
+        while True:
+            try:
+                self.process.wait(wait)
+                return None
+            except subprocess.TimeoutExpired:
+                wait, before, used = IDLE, used, processor_seconds(self.process.pid)
+            passed = time.monotonic() - self.begun
+            if used > seconds or passed > 20 * seconds:
+                return f"no end after {passed:.0f} s, {used:.0f} s of processor time"
+            if passed > seconds + IDLE and used < before + 0.05:
+                return f"no end after {passed:.0f} s, and nothing done in the last {IDLE} of them"
 
     @staticmethod
     def said(file):
@@ -131,11 +148,8 @@ class Case:
 
     def end(self, started, codes=(0, 1, 2), seconds=SECONDS, memory=MEMORY, killed=False):
         """Waits for gable and judges how it ended."""
-        hangs = False
-        try:
-            started.process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            hangs = True
+        hangs = started.hangs(seconds)
+        if hangs:
             started.kill()
             started.process.wait()
         code, most, cpu = -signal.SIGKILL, 0, 0.0
@@ -152,7 +166,7 @@ class Case:
             of_kind["memory"] = max(of_kind["memory"], ended.memory)
             of_kind["codes"][name] = of_kind["codes"].get(name, 0) + 1
         if hangs:
-            self.breach(f"no end after {seconds} s", ended)
+            self.breach(hangs, ended)
         elif any(sign in ended.err for sign in PANIC):
             self.breach("a panic", ended)
         elif killed and code == -signal.SIGKILL:
@@ -208,6 +222,20 @@ class Case:
         foreign += [name.name for name in self.inputs.iterdir() if name.is_file() and name.name not in self.given]
         if foreign:
             self.breach(f"written outside of the output folder: {foreign[:5]}")
+
+
+def processor_seconds(group):
+    """Processor time of the processes of a group that are under way."""
+    ticks = 0
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The name of a process, which is in brackets, may hold anything.
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[2]) == group:
+            ticks += int(fields[11]) + int(fields[12])
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def fault_of(path):

@@ -1,4 +1,4 @@
-"""Much of everything: footprints without points, large halls, jagged outlines."""
+"""Much of everything: footprints without points, large halls, outlines of very many corners."""
 
 import json
 import math
@@ -67,21 +67,31 @@ def empty(case):
 
 
 def jagged(case):
-    """One outline of very many vertices: four times as many may cost six times as much, not sixteen."""
+    """One outline of very many vertices, up to 30 cm in or out."""
+    outlines(case, lambda _: case.draw.uniform(19.7, 20.3))
+
+
+def star(case):
+    """One outline of very many spikes, 6 m long."""
+    outlines(case, lambda i: 14.0 if i % 2 else 20.0)
+
+
+def outlines(case, reach):
+    """A round house in an outline by the reach of its corners: four times as many may cost six times as much, not sixteen."""
     costs = []
-    x0, y0, radius = 85_000.0, 447_000.0, 20.0
+    x0, y0 = 85_000.0, 447_000.0
     spots = [(x0 + 0.5 * i, y0 + 0.5 * j) for i in range(-60, 61) for j in range(-60, 61)]
-    roofs = [math.hypot(x - x0, y - y0) < radius for x, y in spots]
+    roofs = [math.hypot(x - x0, y - y0) < 20.0 for x, y in spots]
     points = [(x, y, 7.0 if roof else 0.0, 6 if roof else 2) for (x, y), roof in zip(spots, roofs)]
     tile = case.put("round.las", sound.las(points))
-    for number, count in enumerate((case.bench.jagged // 4, case.bench.jagged)):
+    for number, count in enumerate((case.bench.outlines // 4, case.bench.outlines)):
         ring = []
         for i in range(count):
-            angle, reach = 2 * math.pi * i / count, radius + case.draw.uniform(-0.3, 0.3)
-            ring.append([round(x0 + reach * math.cos(angle), 3), round(y0 + reach * math.sin(angle), 3)])
-        footprints = write_footprints(case, f"jagged{number}.geojson", [[*ring, ring[0]]])
+            angle, far = 2 * math.pi * i / count, reach(i)
+            ring.append([round(x0 + far * math.cos(angle), 3), round(y0 + far * math.sin(angle), 3)])
+        footprints = write_footprints(case, f"outline{number}.geojson", [[*ring, ring[0]]])
         rest = ["--crs", "EPSG:7415", "--field", "height-field"]
         ended = case.reconstruct(tile, footprints, f"m{number}.city.jsonl", rest=rest, seconds=600, memory=MEMORY)
         costs.append(ended.cpu)
     if costs[1] > 1.0 + 6 * costs[0]:
-        case.breach(f"{case.bench.jagged} vertices cost {costs[1]:.1f} CPU s, a quarter of them {costs[0]:.1f}", ended)
+        case.breach(f"{case.bench.outlines} vertices cost {costs[1]:.1f} CPU s, a quarter of them {costs[0]:.1f}", ended)

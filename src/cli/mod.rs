@@ -26,6 +26,7 @@ mod simulate;
 mod stages;
 pub mod summary;
 mod trial;
+mod usage;
 mod validate;
 mod version;
 mod view;
@@ -120,14 +121,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(FAILURE);
         }
     };
-    let cli = match Cli::try_parse_from(words) {
+    let cli = match Cli::try_parse_from(&words) {
         Ok(cli) => cli,
-        Err(message) => {
-            // Nobody is left to tell if the terminal is gone.
-            let _ = message.print();
-            // clap's own code for bad usage is 2, which means something else here.
-            return ExitCode::from(if message.use_stderr() { FAILURE } else { 0 });
-        }
+        Err(message) => return usage::tell(&words, &message),
     };
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),

@@ -17,13 +17,16 @@ impl PreparedPolygon {
     /// Prepares `polygon`.
     pub fn new(polygon: &MultiPolygon<f64>) -> Self {
         let rings = polygon.iter().flat_map(|p| std::iter::once(p.exterior()).chain(p.interiors()));
-        let edges: Vec<_> = rings
-            .flat_map(LineString::lines)
-            .map(|line| {
-                let (a, b) = ([line.start.x, line.start.y], [line.end.x, line.end.y]);
-                if a[1] <= b[1] { [a, b] } else { [b, a] }
-            })
-            .collect();
+        Self::of_edges(rings.flat_map(LineString::lines).map(|line| {
+            let (a, b) = (line.start, line.end);
+            [[a.x, a.y], [b.x, b.y]]
+        }))
+    }
+
+    /// Prepares the polygon of these edges, which make closed rings; what an odd number of rings holds is inside.
+    pub fn of_edges(edges: impl IntoIterator<Item = [[f64; 2]; 2]>) -> Self {
+        let upwards = |[a, b]: [[f64; 2]; 2]| if a[1] <= b[1] { [a, b] } else { [b, a] };
+        let edges: Vec<_> = edges.into_iter().map(upwards).collect();
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for end in edges.iter().flatten() {
             for axis in 0..2 {

@@ -1,12 +1,12 @@
 //! What is measured of a building once its model stands.
 
-use nalgebra::{Point3, Vector3};
-use rstar::{AABB, PointDistance, RTree, RTreeObject};
+use nalgebra::Point3;
+use rstar::{PointDistance, RTree};
 
+use super::patch::Patch;
 use super::primitives::roof_map::{NOTHING, RoofMap};
 use crate::building::{RoofHeights, RoofType};
-use crate::geometry::Aabb;
-use crate::solid::{Face, Solid, SurfaceType};
+use crate::solid::{Solid, SurfaceType};
 
 /// A roof flatter than this is flat, degrees (as city platforms count it).
 const FLAT: f64 = 4.0;
@@ -104,71 +104,10 @@ pub fn no_data_share(map: &RoofMap, points: &[Point3<f64>]) -> Option<f64> {
     (total > 0.0).then_some(empty / total)
 }
 
-/// A face, made ready to measure distances to it.
-struct Patch {
-    bounds: Aabb,
-    normal: Vector3<f64>,
-    /// The axis to project along: the largest component of the normal.
-    dropped: usize,
-    edges: Vec<[Point3<f64>; 2]>,
-}
-
-impl Patch {
-    fn of(solid: &Solid, face: &Face) -> Option<Self> {
-        let normal = solid.newell(face.rings.first()?).try_normalize(0.0)?;
-        let edges: Vec<[Point3<f64>; 2]> = face
-            .rings
-            .iter()
-            .flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)))
-            .map(|(&a, &b)| [solid.point(a), solid.point(b)])
-            .collect();
-        let bounds = Aabb::of(edges.iter().map(|[a, _]| a))?;
-        Some(Self { bounds, normal, dropped: normal.iamax(), edges })
-    }
-
-    /// The squared distance of a point.
-    fn squared_distance(&self, p: &Point3<f64>) -> f64 {
-        let Some([anchor, _]) = self.edges.first() else { return f64::INFINITY };
-        let distance = self.normal.dot(&(p - anchor));
-        if self.holds(&(p - self.normal * distance)) {
-            return distance * distance;
-        }
-        let to_edge = |[a, b]: &[Point3<f64>; 2]| {
-            let along = b - a;
-            let t = (along.dot(&(p - a)) / along.norm_squared()).clamp(0.0, 1.0);
-            (a + along * t - p).norm_squared()
-        };
-        self.edges.iter().map(to_edge).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Whether a point of the plane lies in the face (even-odd rule, seen along the largest axis of the normal).
-    fn holds(&self, p: &Point3<f64>) -> bool {
-        let [u, v] = [(self.dropped + 1) % 3, (self.dropped + 2) % 3];
-        let crossings = self.edges.iter().filter(|[a, b]| {
-            (a[v] > p[v]) != (b[v] > p[v]) && p[u] < a[u] + (p[v] - a[v]) / (b[v] - a[v]) * (b[u] - a[u])
-        });
-        crossings.count() % 2 == 1
-    }
-}
-
-impl RTreeObject for Patch {
-    type Envelope = AABB<[f64; 3]>;
-
-    fn envelope(&self) -> Self::Envelope {
-        AABB::from_corners(self.bounds.min, self.bounds.max)
-    }
-}
-
-impl PointDistance for Patch {
-    fn distance_2(&self, point: &[f64; 3]) -> f64 {
-        self.squared_distance(&Point3::from(*point))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solid::Surface;
+    use crate::solid::{Face, Surface};
 
     /// A 4 m × 2 m roof that rises from 3 m at x = 0 to 5 m at x = 2 and falls again.
     fn gable() -> Solid {

@@ -24,6 +24,7 @@ mod open_ground;
 mod outline;
 mod parameters;
 mod partitioned;
+mod patch;
 pub mod primitives;
 mod revision;
 mod rounds;

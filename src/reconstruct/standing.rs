@@ -36,7 +36,8 @@ impl<'a> Standing<'a> {
         let mut rest = Cow::Borrowed(footprint);
         if !site.ground_points.is_empty() && !site.points.is_empty() {
             let open = open_ground(site, parameters.open_ground_area);
-            let area = footprint.intersection(&open).unsigned_area();
+            // Of many corners it costs much.
+            let area = if open.0.is_empty() { 0.0 } else { footprint.intersection(&open).unsigned_area() };
             standing.open_ground = Some(area);
             let carve = parameters.open_ground == OpenGround::Carve;
             if area > 0.0 {

@@ -53,6 +53,17 @@ fn a_courtyard_that_nobody_drew_is_carved_or_kept() {
     assert_eq!(number(&large, "gable_open_ground_area"), 0.0);
 }
 
+/// Of a footprint that holds a garage below the ground, only the houses on it stand.
+#[test]
+fn a_garage_below_the_ground_is_not_built_over() {
+    let folder = tile(|x, y| (0.0..8.0).contains(&y) && ((0.0..8.0).contains(&x) || (12.0..20.0).contains(&x)));
+    write_footprints(&folder.path().join("f.geojson"), &[("b", rectangle(-2.0, -4.0, 22.0, 12.0))]);
+    let (garage, _) = run(folder.path(), "");
+    assert!((number(&garage, "gable_open_ground_area") - 256.0).abs() < 8.0, "{garage:#}");
+    assert!((number(&garage, "gable_volume_lod22") / 6.0 - 128.0).abs() < 6.0, "{garage:#}");
+    assert!(garage["gable_notes"].to_string().contains("open ground"), "{garage:#}");
+}
+
 #[test]
 fn a_building_beyond_the_tile_is_partial() {
     let folder = tile(|x, y| (22.0..30.0).contains(&x) && (0.0..8.0).contains(&y));
@@ -86,8 +97,13 @@ fn rings_that_touch_and_sliver_holes_cost_no_part_of_the_building() {
     let exterior = ring(&[[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0]]);
     let touching = ring(&[[0.0, 7.0], [6.0, 10.0], [6.0, 4.0]]);
     let sliver = ring(&[[10.0, 2.0], [18.0, 12.0], [13.985, 7.01]]);
-    for (holes, area, note) in [(vec![touching], 262.0, "touches itself"), (vec![sliver], 280.0, "slivers")] {
-        let rings: Vec<Value> = std::iter::once(exterior.clone()).chain(holes).collect();
+    // The shape of the touching hole, as one ring that comes back to a point.
+    let pinched = ring(&[[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0], [0.0, 7.0], [6.0, 10.0], [6.0, 4.0], [0.0, 7.0]]);
+    for (rings, area, note) in [
+        (vec![exterior.clone(), touching], 262.0, "touches itself"),
+        (vec![pinched], 262.0, "touches itself"),
+        (vec![exterior, sliver], 280.0, "slivers"),
+    ] {
         let geometry = json!({"type": "Polygon", "coordinates": rings});
         write_footprints(&folder.path().join("f.geojson"), &[("b", geometry)]);
         let (attributes, _) = run(folder.path(), "");

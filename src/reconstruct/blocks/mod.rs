@@ -4,6 +4,7 @@
 //! neither cross nor touch on the grid (integer predicates), and a block over such a polygon is a closed, oriented
 //! 2-manifold whose walls are exactly vertical and planar.
 
+mod clearance;
 mod repair;
 mod ring;
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 use geo::{BooleanOps, LineString, MultiPolygon, Polygon};
 
+use super::clearance::are_apart;
 use super::ring::{Point, Side, angle, clean, distance, distance_to_segment, doubled_area, orient, side};
 use crate::geometry::Boxes;
 use crate::solid::FootprintPolygon;
@@ -29,7 +30,7 @@ struct Patient {
 
 /// Two places of a polygon that should be apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Conflict {
+pub(super) enum Conflict {
     /// Two edges cross, or run along each other.
     Crossing { rings: [usize; 2] },
     /// A vertex lies on another edge, or closer to it than the snapping distance.
@@ -45,7 +46,7 @@ impl Conflict {
 
 /// A vertex of a polygon, or the edge that starts there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+pub(super) struct Place {
     ring: usize,
     index: usize,
 }
@@ -137,6 +138,12 @@ fn edge(rings: &FootprintPolygon, place: Place) -> [Point; 2] {
 
 /// All pairs of places that should be apart. Rings must be clean.
 fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
+    let edges = rings.iter().map(Vec::len).sum::<usize>();
+    if edges > FEW && are_apart(rings, snap) { Vec::new() } else { all_conflicts(rings, snap) }
+}
+
+/// The same, by comparing edges.
+pub(super) fn all_conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
     let margin = snap.ceil() as i64;
     let mut edges: Vec<(Place, [Point; 2])> = Vec::new();
     for (ring, points) in rings.iter().enumerate() {
@@ -145,28 +152,42 @@ fn conflicts(rings: &FootprintPolygon, snap: f64) -> Vec<Conflict> {
             edges.push((place, edge(rings, place)));
         }
     }
-    let pairs: Vec<(usize, usize)> = if edges.len() > FEW {
-        let boxes = |margin| Boxes::of_segments(edges.iter().map(|(_, edge)| *edge), margin);
-        let mut pairs: Vec<_> = boxes(margin).meeting(&boxes(0)).filter(|(i, j)| i < j).collect();
-        pairs.sort_unstable();
-        pairs
-    } else {
-        (0..edges.len()).flat_map(|i| (i + 1..edges.len()).map(move |j| (i, j))).collect()
-    };
-    let mut found = Vec::new();
-    for ((here, e), (there, f)) in pairs.into_iter().map(|(i, j)| (edges[i], edges[j])) {
-        let apart = |axis: usize| {
-            e[0][axis].min(e[1][axis]) > f[0][axis].max(f[1][axis]) + margin
-                || f[0][axis].min(f[1][axis]) > e[0][axis].max(e[1][axis]) + margin
-        };
+    let mut found: Vec<([usize; 2], Conflict)> = Vec::new();
+    let mut compare = |i: usize, j: usize| {
+        let ((here, e), (there, f)) = (edges[i], edges[j]);
         let n = rings[here.ring].len();
         let is_neighbour =
             here.ring == there.ring && ((here.index + 1) % n == there.index || (there.index + 1) % n == here.index);
-        if !is_neighbour && !apart(0) && !apart(1) {
-            found.extend(between(rings, (here, e), (there, f), snap));
+        if !is_neighbour && !is_apart(e, f, snap) {
+            found.extend(between(rings, (here, e), (there, f), snap).into_iter().map(|conflict| ([i, j], conflict)));
         }
+    };
+    if edges.len() > FEW {
+        let boxes = |margin| Boxes::of_segments(edges.iter().map(|(_, edge)| *edge), margin);
+        let (wide, narrow) = (boxes(margin), boxes(0));
+        wide.meeting(&narrow).filter(|(i, j)| i < j).for_each(|(i, j)| compare(i, j));
+    } else {
+        (0..edges.len()).for_each(|i| (i + 1..edges.len()).for_each(|j| compare(i, j)));
     }
-    found
+    // The tree has an order of its own.
+    found.sort_by_key(|(pair, _)| *pair);
+    found.into_iter().map(|(_, conflict)| conflict).collect()
+}
+
+/// Whether two edges are certainly farther from each other than `snap`: their boxes are, or one of them is on one side of
+/// the line of the other.
+fn is_apart(e: [Point; 2], f: [Point; 2], snap: f64) -> bool {
+    let margin = snap.ceil() as i64;
+    let are_boxes_apart = (0..2).any(|axis| {
+        e[0][axis].min(e[1][axis]) > f[0][axis].max(f[1][axis]) + margin
+            || f[0][axis].min(f[1][axis]) > e[0][axis].max(e[1][axis]) + margin
+    });
+    let is_beside = |[a, b]: [Point; 2], ends: [Point; 2]| {
+        let [c, d] = ends.map(|end| orient(a, b, end) as f64);
+        // A hair more, for all that is compared here is rounded.
+        c * d > 0.0 && c.abs().min(d.abs()) > 1.001 * snap * distance(a, b)
+    };
+    are_boxes_apart || is_beside(e, f) || is_beside(f, e)
 }
 
 /// What is wrong between two edges that are not neighbours in a ring.

@@ -293,6 +293,21 @@ mod tests {
     }
 
     #[test]
+    fn a_wall_turns_to_the_slope_above_it_only_as_far_as_its_points_allow() {
+        let roof = grid([0.0, 10.0], [0.0, 9.0], 5.0, 0.5, 0.001);
+        // 9 m long: turned by 1° its ends would move by 8 cm, by 0.1° by 8 mm.
+        for (degrees, is_turned) in [(1.0_f64, false), (0.1, true)] {
+            let at = |y: f64, z: f64| Point3::new(y * degrees.to_radians().tan(), y, z);
+            let wall: Vec<_> = (0..18).flat_map(|i| (0..10).map(move |j| (f64::from(i), f64::from(j)))).collect();
+            let wall: Vec<_> = wall.into_iter().map(|(i, j)| at(0.5 * i, 0.5 * j)).collect();
+            let found = refined(&[roof.clone(), wall.clone()], &DetectionParameters::default(), 0.001);
+            let plane = &found.iter().find(|primitive| primitive.plane.normal.z.abs() < 0.1).unwrap().plane;
+            assert_eq!(plane.normal.y.abs() < 1e-9, is_turned, "{degrees}°: {plane:?}");
+            assert!(wall.iter().all(|point| plane.distance(point).abs() <= 0.02), "{degrees}°: {plane:?}");
+        }
+    }
+
+    #[test]
     fn what_was_not_detected_passes_through() {
         let mut wall = Primitive::from_inliers(&grid([0.0, 4.0], [0.0, 4.0], 5.0, 0.0, 0.0), vec![0, 1, 20]).unwrap();
         wall.kind = PrimitiveKind::FootprintEdge;

@@ -10,30 +10,26 @@ pub fn redacted(text: &str) -> String {
 
 /// Without what stands between `user:` and `@host` of a URL.
 fn without_logins(text: &str) -> String {
+    const WORD: &str = "postgres";
+    // ASCII only, so that places in both are the same.
+    let lower = text.to_ascii_lowercase();
     let mut out = String::new();
-    let mut rest = text;
-    while let Some(at) = rest.find("postgres").filter(|_| rest.contains("://")) {
-        let (before, behind) = rest.split_at(at);
-        out.push_str(before);
-        let Some((scheme, url)) =
-            behind.split_once("://").filter(|(scheme, _)| scheme.chars().all(char::is_alphabetic))
-        else {
-            let (word, behind) = behind.split_at("postgres".len());
-            out.push_str(word);
-            rest = behind;
-            continue;
-        };
+    let mut from = 0;
+    while let Some(at) = lower[from..].find(WORD).map(|at| from + at) {
+        let scheme = lower[at..].find(|c: char| !c.is_alphabetic()).map_or(lower.len(), |length| at + length);
+        out.push_str(&text[from..scheme]);
+        from = scheme;
+        let Some(url) = text[scheme..].strip_prefix("://") else { continue };
         // A password may hold nearly anything if its writer forgot to escape it.
-        let (url, behind) = url.split_at(url.find('"').unwrap_or(url.len()));
-        out.push_str(scheme);
+        let url = url.split('"').next().unwrap_or(url);
         out.push_str("://");
         match url.rsplit_once('@').and_then(|(login, place)| Some((login.split_once(':')?.0, place))) {
             Some((user, place)) => out.extend([user, ":", HIDDEN, "@", place]),
             None => out.push_str(url),
         }
-        rest = behind;
+        from = scheme + "://".len() + url.len();
     }
-    out + rest
+    out + &text[from..]
 }
 
 /// Without the values of `password=…`, quoted or not.
@@ -83,6 +79,8 @@ mod tests {
             (r"PG:host=h PASSWORD = 'hun\' ter2' user=u", "PG:host=h PASSWORD = *** user=u"),
             (r"PG:password=hun\ ter2", "PG:password=***"),
             ("postgresql://u:hun:t@er2@h/d?x=1", "postgresql://u:***@h/d?x=1"),
+            ("POSTGRES://u:hunter2@h", "POSTGRES://u:***@h"),
+            ("a postgres, postgresql://u:hunter2@h", "a postgres, postgresql://u:***@h"),
             ("--writers.lod2.footprints=PG:postgres://u:hunter2@h", "--writers.lod2.footprints=PG:postgres://u:***@h"),
             ("postgresql://u@h/d?password=hunter2&sslmode=require", "postgresql://u@h/d?password=***&sslmode=require"),
             (r#"{"footprints":"PG:password=hunter2","x":1}"#, r#"{"footprints":"PG:password=***","x":1}"#),

@@ -84,6 +84,36 @@ fn geopackages_with_layers_and_all_kinds_of_values() {
     assert_damage_is_survived(&path, &path, DATABASE_STEP);
 }
 
+/// What GDAL and the standard write for a system that nobody stated.
+#[test]
+fn geopackages_without_a_system_say_none() {
+    let undefined = r#"LOCAL_CS["Undefined SRS",LOCAL_DATUM["unknown",32767],UNIT["unknown",0],AXIS["Easting",EAST],AXIS["Northing",NORTH]]"#;
+    for (number, organisation, definition) in
+        [(99_999, "GDAL", undefined), (-1, "NONE", "undefined"), (0, "NONE", "undefined")]
+    {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("made.gpkg");
+        let database = rusqlite::Connection::open(&path).unwrap();
+        database
+            .execute_batch(&format!(
+                "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);
+                 CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER);
+                 CREATE TABLE gpkg_spatial_ref_sys (srs_id INTEGER, organization TEXT, organization_coordsys_id INTEGER, definition TEXT);
+                 INSERT INTO gpkg_spatial_ref_sys VALUES ({number}, '{organisation}', {number}, '{definition}');
+                 INSERT INTO gpkg_contents VALUES ('pand', 'features', {number});
+                 INSERT INTO gpkg_geometry_columns VALUES ('pand', 'geom', 'POLYGON', {number});
+                 CREATE TABLE pand (fid INTEGER PRIMARY KEY, geom BLOB);"
+            ))
+            .unwrap();
+        let header = [b"GP\0\x01".as_slice(), &i32::to_le_bytes(number)].concat();
+        let blob = [header.as_slice(), &wkb(3, &RING, 2)].concat();
+        database.execute("INSERT INTO pand VALUES (1, ?1)", [blob]).unwrap();
+        drop(database);
+        let layer = plain(&path);
+        assert_eq!((layer.footprints.len(), layer.crs.is_none()), (1, true), "{number}: {:?}", layer.crs);
+    }
+}
+
 /// Views are programs. These yield rows for ever, work for ever on the first, or make values beyond all measure.
 #[test]
 fn views_without_end_are_told_soon() {
