@@ -11,6 +11,7 @@ use crate::audit;
 use crate::error::{InputError, Result};
 use crate::evaluate::Evaluation;
 use crate::run::Job;
+use crate::source::footprints::redacted;
 
 pub use super::evaluate::Heard;
 
@@ -171,7 +172,7 @@ pub(super) fn word(
         return match value {
             Value::Bool(true) => Ok(Some(format!("--{name}"))),
             Value::Bool(false) | Value::Null => Ok(None),
-            other => Err(fault(other.to_string(), "true or false")),
+            other => Err(fault(redacted(&other.to_string()), "true or false")),
         };
     }
     if value.is_null() {
@@ -189,7 +190,7 @@ pub(super) fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError
         Value::Array(values) if !values.iter().any(|value| value.is_array() || value.is_object()) => {
             Ok(values.iter().map(|value| texts(name, value)).collect::<Result<Vec<_>, _>>()?.concat())
         }
-        other => Err(InputError::new(NAME, other.to_string(), "a text, a number, true, false or an array of them")
+        other => Err(InputError::new(NAME, redacted(&other.to_string()), "a text, a number, true, false or an array of them")
             .at(format!("\"{name}\""))),
     }
 }
@@ -212,7 +213,7 @@ fn explain(grammar: &Grammar, fault: &clap::Error) -> InputError {
         (None, None) => format!("what `gable {} --help` says", grammar.name),
     };
     let found = text(ContextKind::InvalidValue).filter(|_| !name.is_empty()).unwrap_or(said);
-    InputError::new(NAME, found, expected).at(format!("\"{name}\""))
+    InputError::new(NAME, redacted(&found), expected).at(format!("\"{name}\""))
 }
 
 #[cfg(test)]
@@ -256,9 +257,14 @@ mod tests {
             (r#"{"building-class": 2}"#, &["class 2 as building and as ground"]),
             (r#"{"footprints": "a.gpkg", "no-footprint": true}"#, &["cannot be used with"]),
             (r#"{"filter": "a > 1"}"#, &["filter"]),
+            (r#"{"detector": "PG:user=me password=hunter2"}"#, &["found PG:user=me password=***,"]),
+            (r#"{"detector": ["PG:password=hunter2", 1]}"#, &["found PG:password=***"]),
+            (r#"{"detector": {"a": "PG:password=hunter2"}}"#, &["password=***"]),
+            (r#"{"overwrite": "postgres://me:hunter2@h"}"#, &["found \"postgres://me:***@h\""]),
         ];
         for (options, parts) in cases {
             let message = job(options).unwrap_err().to_string();
+            assert!(!message.contains("hunter2"), "{message}");
             for part in parts {
                 assert!(message.contains(part), "{options}: {message}");
             }

@@ -10,14 +10,15 @@ use crate::bench::*;
 /// A tile of two points per metre and axis over x from -10 to 30 and y from -10 to 20: roof at 6 m where `roof` holds,
 /// ground at 0 m elsewhere.
 fn tile(roof: impl Fn(f64, f64) -> bool) -> TempDir {
+    tile_of(|x, y| Some(if roof(x, y) { (6.0, 6) } else { (0.0, 2) }))
+}
+
+/// The same by the height and the class of the point at a place, if there is one.
+fn tile_of(point: impl Fn(f64, f64) -> Option<(f64, u8)>) -> TempDir {
     let folder = tempdir().unwrap();
     let places = (-20..60).flat_map(|i| (-20..40).map(move |j| (f64::from(i) * 0.5 + 0.25, f64::from(j) * 0.5 + 0.25)));
-    let points: Vec<_> = places
-        .map(|(x, y)| {
-            let (z, class) = if roof(x, y) { (6.0, 6) } else { (0.0, 2) };
-            (CORNER[0] + x, CORNER[1] + y, z, class)
-        })
-        .collect();
+    let points: Vec<_> =
+        places.filter_map(|(x, y)| point(x, y).map(|(z, class)| (CORNER[0] + x, CORNER[1] + y, z, class))).collect();
     write_tile(&folder.path().join("a.las"), None, &points);
     folder
 }
@@ -64,6 +65,30 @@ fn a_garage_below_the_ground_is_not_built_over() {
     assert!(garage["gable_notes"].to_string().contains("open ground"), "{garage:#}");
 }
 
+/// A narrow slope behind the ridge gave back few points: the wide one before it does not run on over it, though the
+/// building is high enough elsewhere.
+#[test]
+fn a_slope_ends_where_its_points_end() {
+    for fewer in [4, 6] {
+        let folder = tile_of(|x, y| {
+            let is_roof = (0.0..20.0).contains(&x) && (0.0..6.0).contains(&y);
+            let number = (x / 0.5).floor() * 7.0 + (y / 0.5).floor() * 3.0;
+            match (is_roof, x < 10.0, y < 4.0) {
+                (false, ..) => Some((0.0, 2)),
+                (true, false, _) => Some((13.0, 6)),
+                (true, true, true) => Some((6.0 + y, 6)),
+                (true, true, false) => (number % f64::from(fewer) == 0.0).then_some((14.0 - y, 6)),
+            }
+        });
+        write_footprints(&folder.path().join("f.geojson"), &[("b", rectangle(0.0, 0.0, 20.0, 6.0))]);
+        let (attributes, _) = run(folder.path(), "");
+        assert_eq!(attributes["gable_success"], true, "{attributes:#}");
+        // 1 320 m³ with a slope that runs on.
+        assert!((number(&attributes, "gable_volume_lod22") - 1280.0).abs() < 15.0, "{attributes:#}");
+        assert_eq!(attributes["gable_roof_planes"], 3, "{attributes:#}");
+    }
+}
+
 #[test]
 fn a_building_beyond_the_tile_is_partial() {
     let folder = tile(|x, y| (22.0..30.0).contains(&x) && (0.0..8.0).contains(&y));
@@ -98,7 +123,8 @@ fn rings_that_touch_and_sliver_holes_cost_no_part_of_the_building() {
     let touching = ring(&[[0.0, 7.0], [6.0, 10.0], [6.0, 4.0]]);
     let sliver = ring(&[[10.0, 2.0], [18.0, 12.0], [13.985, 7.01]]);
     // The shape of the touching hole, as one ring that comes back to a point.
-    let pinched = ring(&[[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0], [0.0, 7.0], [6.0, 10.0], [6.0, 4.0], [0.0, 7.0]]);
+    let pinched =
+        ring(&[[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0], [0.0, 7.0], [6.0, 10.0], [6.0, 4.0], [0.0, 7.0]]);
     for (rings, area, note) in [
         (vec![exterior.clone(), touching], 262.0, "touches itself"),
         (vec![pinched], 262.0, "touches itself"),

@@ -7,7 +7,8 @@ use crate::bench::*;
 #[test]
 fn rings_that_touch_cost_only_a_tip() {
     let Some(reports) = reports() else { return };
-    for (footprints, id) in [("01-hole-touches-outer-ring.geojson", "touch"), ("01c-outer-ring-pinched.geojson", "pinch")]
+    for (footprints, id) in
+        [("01-hole-touches-outer-ring.geojson", "touch"), ("01c-outer-ring-pinched.geojson", "pinch")]
     {
         let row = row(&reports, "01-hole-touches-outer-ring.laz", footprints, "");
         row.ends(0, &[]);
