@@ -65,13 +65,20 @@ def folder_removed(case):
     name = case.draw.choice(OUTPUTS)
     started = case.start(whole(case, name))
     time.sleep(case.draw.uniform(0.05, 2.0))
-    for _ in range(case.draw.choice((1, 1, 3))):
-        shutil.rmtree(case.out, ignore_errors=True)
-        removed = time.monotonic()
+    was_complete = False
+    for number in range(case.draw.choice((1, 1, 3))):
+        # It goes at once, so that what it held can be told.
+        gone = case.folder / f"gone{number}"
+        try:
+            os.rename(case.out, gone)
+        except FileNotFoundError:
+            continue
+        was_complete |= (gone / name).exists()
+        shutil.rmtree(gone)
         time.sleep(0.1)
     ended = case.end(started)
     # What was complete before is gone for good.
-    if started.begun + ended.seconds > removed + 0.5:
+    if not was_complete:
         case.judge(ended, case.out / name)
 
 
