@@ -61,7 +61,7 @@ pub const ATTRIBUTES: &[Attribute] = &[
         "whether every part is a valid LoD 2.2 solid, and the tiles cover the whole footprint",
         |s| Some((s.building.outcome == Outcome::Lod22).into()),
     ),
-    row("gable_lod", "", "highest level of detail that was reached: 2.2, 1.2 or 0", |s| {
+    row("gable_lod", "", "highest level of detail that was reached: 2.3, 2.2, 1.2 or 0", |s| {
         Some(match s.building.outcome {
             Outcome::Lod22 | Outcome::Partial { .. } if s.building.model.lod23().next().is_some() => "2.3".into(),
             Outcome::Lod22 | Outcome::Partial { .. } => "2.2".into(),
