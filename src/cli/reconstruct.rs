@@ -67,6 +67,10 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
+    /// Outlines of the roofs, where the footprints are those of the walls: roofs hang over as far as these reach, at LoD 2.3
+    #[arg(long, value_name = "FILE", conflicts_with = "no_footprint")]
+    roofprint: Option<PathBuf>,
+
     /// Take what stands apart in the building points for an object each
     #[arg(long)]
     no_footprint: bool,
@@ -136,8 +140,8 @@ pub struct Args {
     #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
     ground_class: Vec<u8>,
 
-    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are)
-    /// [default: 0,1.2,2.2]
+    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are),
+    /// 2.3 (roofs that hang over) [default: 0,1.2,2.2, and 2.3 with --roofprint]
     #[arg(long, value_name = "LEVELS")]
     lod: Option<Levels>,
 
@@ -225,11 +229,13 @@ impl Args {
         let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
         let (layer, query) = (self.layer, self.query);
         let (filter, id_attribute) = (self.filter, self.id_attribute);
+        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.roofprint.is_some()));
         let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
         let job = Job {
             tiles: self.tiles,
             fed: None,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
+            roofprints: self.roofprint,
             output: self.output,
             title: self.title,
             overwrite: self.overwrite,
@@ -243,7 +249,7 @@ impl Args {
                 ground_classes: self.ground_class,
                 ..self.segmentation.0
             },
-            parameters: Parameters { lod: self.lod.unwrap_or_default(), ..self.parameters.0 },
+            parameters: Parameters { lod: levels, ..self.parameters.0 },
             field: self.field.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),

@@ -26,6 +26,7 @@ mod postgis;
 mod reconstruct;
 mod reported;
 mod resume;
+mod roofprint;
 mod secrets;
 mod simulate;
 mod standing;
