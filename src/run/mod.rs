@@ -1,8 +1,8 @@
 //! The driver: from files to a city model, over many buildings in parallel.
 //!
-//! [`run`] does a [`Job`] in four [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
-//! the points of each footprint, and reconstructs the buildings in parallel while writing them in the order of the
-//! footprints. It tells an [`Observer`] how far it is, and returns a [`Report`].
+//! [`run`] does a [`Job`] in [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
+//! the points of each footprint, reconstructs the buildings in parallel while writing them in the order of the
+//! footprints, and makes the terrain around them if the job asks for it. It tells an [`Observer`] how far it is, and returns a [`Report`].
 //!
 //! A run that is killed leaves what it has done in the folder `OUT.partial`; with [`Job::resume`] the next one goes on from
 //! there.
@@ -24,6 +24,7 @@ pub mod output;
 mod parts;
 mod plan;
 mod single;
+mod terrain;
 mod tiles;
 mod write;
 
@@ -119,7 +120,8 @@ fn run_both(
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
     let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
-    let done = write::write(job, &plan, tasks, &pool, &mut journal, method, open)?;
+    let ground = plan.ground.take();
+    let done = write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?;
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
@@ -139,6 +141,7 @@ fn run_both(
         segmentation: plan.segmentation.clone(),
         counts: done.counts,
         quality,
+        terrain: done.terrain,
         stages,
         wall_seconds: watch.wall().as_secs_f64(),
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),

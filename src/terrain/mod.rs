@@ -1,0 +1,130 @@
+//! The terrain that the buildings stand in: a TIN of the ground points, with the outlines of the buildings for edges.
+//!
+//! ```text
+//! ground points ─► samples (one of each half metre, on disk) ─┐
+//! buildings ─────► outlines (where they stand, in groups) ────┼─► a tile: noding ─► mesh ─► refine ─► surface ─► pieces
+//! terrain model ──────────────────────────────────────────────┘
+//! ```
+//!
+//! - [`grid`]: tiles, cells and parts, fast in the CRS.
+//! - [`samples`]: ground points while they stream by.
+//! - [`outlines`]: where buildings stand; [`noding`] makes those that touch meet in vertices and edges;
+//!   [`surroundings`] are those of a tile, cut at its border.
+//! - [`ground`]: the ground points of a tile; [`coverage`]: which parts of it are terrain at all.
+//! - [`border`]: the vertices that a tile shares with its neighbours.
+//! - [`mesh`]: the coarsest triangulation; [`refine`]: as fine as the ground needs.
+//! - [`surface`]: its triangles, and upright ones where floors differ; [`pieces`]: what is valid by itself.
+//!
+//! Everything is decided on whole steps of the output. A tile depends on the ground points and buildings in and around it
+//! alone: neither the order of the tiles nor the number of threads changes a vertex, and tiles that meet share theirs.
+
+mod border;
+mod coverage;
+mod grid;
+mod ground;
+mod mesh;
+mod noding;
+mod options;
+mod outlines;
+mod pieces;
+mod refine;
+mod samples;
+mod surface;
+mod surroundings;
+#[cfg(test)]
+mod tests;
+mod tile;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use crate::error::Result;
+use crate::source::crs::Crs;
+use crate::source::points::Extent;
+use crate::source::raster::Mosaic;
+
+pub use grid::{Grid, TileKey};
+pub use options::TerrainOptions;
+pub use outlines::{Grouped, Outlines};
+pub use samples::{Collector, GroundStore};
+pub use tile::{ATTRIBUTES, Made, Tally};
+
+/// All that the terrain of a run is made from.
+pub struct Terrain {
+    options: TerrainOptions,
+    grid: Grid,
+    store: GroundStore,
+    outlines: Grouped,
+    /// The terrain model that the user gave.
+    model: Option<Mutex<Mosaic>>,
+    /// What was scanned, in CRS units.
+    areas: Vec<Extent>,
+}
+
+impl Terrain {
+    /// The terrain of these ground points and buildings. `areas` are what was scanned.
+    pub fn new(options: TerrainOptions, store: GroundStore, outlines: Outlines, areas: Vec<Extent>) -> Self {
+        let grid = *store.grid();
+        let outlines = outlines.close(&grid);
+        Self { options, grid, store, outlines, model: None, areas }
+    }
+
+    /// The same on a terrain model, which goes before the ground points where it has heights.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn on_model(mut self, path: &Path, crs: &Crs) -> Result<Self> {
+        let mut whole = Extent::EMPTY;
+        self.areas.iter().for_each(|area| whole.join(area));
+        if !whole.is_empty() {
+            let bounds = [whole.min[0], whole.min[1], whole.max[0], whole.max[1]];
+            self.model = Some(Mutex::new(Mosaic::open(path, crs, bounds)?));
+        }
+        Ok(self)
+    }
+
+    /// The tiles in which there may be terrain, from west to east and from south to north; none where there is neither a ground
+    /// point nor a terrain model.
+    pub fn tiles(&self) -> Vec<TileKey> {
+        let mut extents = self.store.extents();
+        if self.model.is_some() {
+            let steps = |corner: [f64; 3]| Grid::of_position([corner[0], corner[1], 0.0]).map(|(place, _)| place);
+            extents.extend(self.areas.iter().filter_map(|area| Some([steps(area.min)?, steps(area.max)?])));
+        }
+        if extents.is_empty() {
+            return Vec::new();
+        }
+        extents.extend(self.outlines.extents());
+        let mut keys = BTreeSet::new();
+        for [low, high] in extents {
+            // What lies beside a tile may reach into it.
+            let margin = self.grid.margin;
+            let [from, to] = [(low, -1), (high, 1)]
+                .map(|(place, sign)| self.grid.tile_of([0, 1].map(|axis| place[axis] + sign * margin[axis])));
+            keys.extend((from[1]..=to[1]).flat_map(|row| (from[0]..=to[0]).map(move |column| [column, row])));
+        }
+        keys.into_iter().collect()
+    }
+
+    /// How many outlines reach too far to be kept.
+    pub fn left_out(&self) -> usize {
+        self.outlines.left_out()
+    }
+
+    /// The heights of the terrain model at places on the grid, in steps, where something was scanned.
+    fn model_heights(&self, places: &[grid::Place]) -> Result<Vec<Option<i32>>> {
+        let Some(model) = &self.model else { return Ok(vec![None; places.len()]) };
+        let unit = grid::STEPS_PER_UNIT as f64;
+        let there: Vec<[f64; 2]> = places.iter().map(|place| place.map(|c| c as f64 / unit)).collect();
+        let is_scanned = |[x, y]: [f64; 2]| {
+            self.areas.iter().any(|a| (a.min[0]..=a.max[0]).contains(&x) && (a.min[1]..=a.max[1]).contains(&y))
+        };
+        let heights = model.lock().unwrap_or_else(PoisonError::into_inner).heights(&there)?;
+        let on_grid = |(place, height): (&[f64; 2], Option<f64>)| {
+            let z = Grid::of_position([place[0], place[1], height?]).map(|(_, z)| z)?;
+            is_scanned(*place).then_some(z)
+        };
+        Ok(there.iter().zip(heights).map(on_grid).collect())
+    }
+}
