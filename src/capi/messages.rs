@@ -27,6 +27,8 @@ pub enum GableStage {
     Reconstruct = 2,
     /// Completes the output; counted in files.
     Finish = 3,
+    /// Makes the terrain, before the output is completed; counted in tiles.
+    Terrain = 4,
 }
 
 impl From<Stage> for GableStage {
@@ -36,12 +38,14 @@ impl From<Stage> for GableStage {
             Stage::Segment => Self::Segment,
             Stage::Reconstruct => Self::Reconstruct,
             Stage::Finish => Self::Finish,
+            Stage::Terrain => Self::Terrain,
         }
     }
 }
 
 /// Takes the model line by line: first a CityJSON object without buildings (its "transform" is that of all that
-/// follow), then one CityJSONFeature per building, in the order of the footprints. Together they are a CityJSONSeq. The line
+/// follow), then one CityJSONFeature per building, in the order of the footprints, and one per piece of the terrain if there is to be
+/// one. Together they are a CityJSONSeq. The line
 /// has no line end, ends with a zero after its length, and is yours until you return.
 ///
 /// Return 0 to go on, anything else to stop the run.

@@ -22,12 +22,13 @@ use crate::terrain::{Grid, GroundStore, Outlines, Tally, Terrain, TerrainOptions
 /// The folder cannot be written to.
 pub(super) fn store(job: &Job, model: Option<&Path>, crs: &Crs) -> Result<Option<GroundStore>> {
     let Some(options) = &job.terrain else { return Ok(None) };
-    let beside = model.and_then(Path::parent).map(|folder| match folder.as_os_str().is_empty() {
-        true => PathBuf::from("."),
-        false => folder.to_path_buf(),
-    });
-    let folder = beside.unwrap_or_else(std::env::temp_dir);
-    GroundStore::create(&folder, Grid::new(options, crs.metres_per_unit)).map(Some)
+    GroundStore::create(&folder(model), Grid::new(options, crs.metres_per_unit)).map(Some)
+}
+
+/// Where files without a name may stand.
+fn folder(model: Option<&Path>) -> PathBuf {
+    let Some(parent) = model.and_then(Path::parent) else { return std::env::temp_dir() };
+    if parent.as_os_str().is_empty() { PathBuf::from(".") } else { parent.to_path_buf() }
 }
 
 /// The terrain of a run, ready to be made tile by tile.
@@ -52,7 +53,7 @@ pub(super) fn lay(
     let areas = plan.tiles.iter().flat_map(|tile| tile.areas().iter().copied()).collect();
     let mut terrain = Terrain::new(options.clone(), store, outlines, areas);
     if let Some(path) = &plan.segmentation.dtm {
-        terrain = terrain.on_model(path, &plan.crs)?;
+        terrain = terrain.on_model(path, &plan.crs, &folder(plan.model.as_deref()))?;
     } else if ground_points == 0 {
         let classes: Vec<String> = plan.segmentation.ground_classes.iter().map(u8::to_string).collect();
         journal.warn(&format!(

@@ -53,16 +53,13 @@ pub(super) struct Ground {
     pub has_points: bool,
 }
 
-/// Heights of a terrain model in steps, at places on the grid of the CRS.
-pub(super) type Model<'a> = dyn Fn(&[Place]) -> Result<Vec<Option<i32>>> + 'a;
-
 impl Ground {
-    /// Reads the ground points of a tile; `model` gives the height of the terrain model in the middles of cells, in steps,
-    /// and goes before them.
+    /// Reads the ground points of a tile; `model` has the heights of the terrain model in the middles of every second cell, and
+    /// goes before them.
     ///
     /// # Errors
-    /// The store or the terrain model cannot be read.
-    pub fn read(store: &GroundStore, key: TileKey, model: Option<&Model>) -> Result<Self> {
+    /// A store cannot be read.
+    pub fn read(store: &GroundStore, key: TileKey, model: Option<&GroundStore>) -> Result<Self> {
         let grid = *store.grid();
         let corner = grid.corner(key);
         let first = grid.cell([0, 1].map(|axis| corner[axis] - grid.margin[axis]));
@@ -70,7 +67,7 @@ impl Ground {
         let size = [0, 1].map(|axis| last[axis] - first[axis] + 1);
         let mut samples = store.window(first, last)?;
         let of_model = match model {
-            Some(model) => lay_over(&mut samples, (first, size), &grid, model)?,
+            Some(model) => lay_over(&mut samples, &model.window(first, last)?, (first, size)),
             None => 0,
         };
         let (has_model, has_points) = (of_model > 0, samples.iter().flatten().count() > of_model);
@@ -215,34 +212,23 @@ pub(super) fn is_too_steep(outlines: &Surroundings, place: Place, z: f64, grid: 
     outlines.near(place, COLLAR).any(|(distance, height)| (z - height).abs() * grid.step[2] > STEEPEST * distance)
 }
 
-/// Puts the heights of the terrain model over the ground points, one in the middle of every second cell; where it has none the
-/// points stay. How many it had.
-fn lay_over(
-    samples: &mut [Option<Sample>],
-    (first, size): ([i64; 2], [i64; 2]),
-    grid: &Grid,
-    model: &Model,
-) -> Result<usize> {
-    let is_asked = |cell: [i64; 2]| cell.iter().all(|c| c.rem_euclid(2) == 0);
-    let all = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
-    let cells: Vec<[i64; 2]> = all.filter(|c| is_asked([first[0] + c[0], first[1] + c[1]])).collect();
-    let middle = |cell: &[i64; 2]| [0, 1].map(|axis| (first[axis] + cell[axis]) * grid.sample[axis] + grid.sample[axis] / 2);
-    let places: Vec<Place> = cells.iter().map(middle).collect();
-    let heights = model(&places)?;
+/// Puts the heights of the terrain model over the ground points: each stands for four cells. Where it has none the points
+/// stay. How many it had.
+fn lay_over(samples: &mut [Option<Sample>], model: &[Option<Sample>], (first, size): ([i64; 2], [i64; 2])) -> usize {
     let mut count = 0;
-    for ([column, row], z) in cells.iter().zip(heights) {
-        let Some(z) = z else { continue };
+    for (slot, height) in model.iter().enumerate().filter(|(_, height)| height.is_some()) {
         count += 1;
-        // The four cells that this height is asked for.
-        for (c, r) in [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| (column + i, row + j)) {
-            if c < size[0] && r < size[1] {
+        let [column, row] = [slot as i64 % size[0], slot as i64 / size[0]];
+        let even = |c: i64, first: i64| c - (c + first).rem_euclid(2);
+        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let [c, r] = [even(column, first[0]) + i, even(row, first[1]) + j];
+            if (0..size[0]).contains(&c) && (0..size[1]).contains(&r) {
                 samples[(r * size[0] + c) as usize] = None;
             }
         }
-        let at = [0, 1].map(|axis| (grid.sample[axis] / 2) as u16);
-        samples[(row * size[0] + column) as usize] = Some(Sample { at, z });
+        samples[slot] = *height;
     }
-    Ok(count)
+    count
 }
 
 #[cfg(test)]
@@ -308,11 +294,16 @@ mod tests {
         let mut collector = store.collector();
         (0..40).for_each(|i| collector.add([f64::from(i) * 0.5 + 0.1, 5.1, 1.0]));
         collector.finish().unwrap();
-        let west = |places: &[Place]| Ok(places.iter().map(|p| (p[0] < 100_000).then_some(70_000)).collect());
-        let ground = Ground::read(&store, [0, 0], Some(&west)).unwrap();
-        assert!(ground.has_model);
-        let at = |x: i64| ground.row(ground.row_of(51_000), x, x + 9999).filter_map(|i| ground.point(i)).next();
-        assert_eq!(at(50_000), Some(([52_500, 52_500], 70_000)));
-        assert_eq!(at(150_000), Some(([151_000, 51_000], 10_000)));
+        let model = GroundStore::create(folder.path(), grid).unwrap();
+        let mut collector = model.collector();
+        (0..10).for_each(|i| collector.add([f64::from(i) + 0.25, 5.25, 7.0]));
+        collector.finish().unwrap();
+        let ground = Ground::read(&store, [0, 0], Some(&model)).unwrap();
+        assert!(ground.has_model && ground.has_points);
+        let at = |x: i64| -> Vec<(Place, i64)> {
+            ground.row(ground.row_of(51_000), x, x + 9999).filter_map(|i| ground.point(i)).collect()
+        };
+        assert_eq!(at(50_000), [([52_500, 52_500], 70_000)]);
+        assert_eq!(at(150_000), [([151_000, 51_000], 10_000), ([156_000, 51_000], 10_000)]);
     }
 }

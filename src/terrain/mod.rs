@@ -37,7 +37,6 @@ mod tile;
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use crate::error::Result;
 use crate::source::crs::Crs;
@@ -56,8 +55,8 @@ pub struct Terrain {
     grid: Grid,
     store: GroundStore,
     outlines: Grouped,
-    /// The terrain model that the user gave.
-    model: Option<Mutex<Mosaic>>,
+    /// Heights of the terrain model that the user gave.
+    model: Option<GroundStore>,
     /// What was scanned, in CRS units.
     areas: Vec<Extent>,
 }
@@ -70,36 +69,73 @@ impl Terrain {
         Self { options, grid, store, outlines, model: None, areas }
     }
 
-    /// The same on a terrain model, which goes before the ground points where it has heights.
+    /// The same on a terrain model, which goes before the ground points where it has heights: they are taken each metre, over
+    /// what was scanned, and wait in a nameless file in `folder`.
     ///
     /// # Errors
-    /// It cannot be read.
-    pub fn on_model(mut self, path: &Path, crs: &Crs) -> Result<Self> {
+    /// It cannot be read, or the folder cannot be written to.
+    pub fn on_model(mut self, path: &Path, crs: &Crs, folder: &Path) -> Result<Self> {
+        let extents = self.scanned();
+        let store = GroundStore::create(folder, self.grid)?;
         let mut whole = Extent::EMPTY;
         self.areas.iter().for_each(|area| whole.join(area));
-        if !whole.is_empty() {
+        if !extents.is_empty() {
             let bounds = [whole.min[0], whole.min[1], whole.max[0], whole.max[1]];
-            self.model = Some(Mutex::new(Mosaic::open(path, crs, bounds)?));
+            let mut model = Mosaic::open(path, crs, bounds)?;
+            let mut collector = store.collector();
+            for key in self.keys(&extents, [0, 0]) {
+                let places = self.asked_of_model(key);
+                let heights = model.heights(&places)?;
+                let found = places.iter().zip(heights).filter_map(|(place, z)| Some([place[0], place[1], z?]));
+                found.for_each(|position| collector.add(position));
+            }
+            collector.finish()?;
         }
+        self.model = Some(store);
         Ok(self)
+    }
+
+    /// What was scanned, on the grid.
+    fn scanned(&self) -> Vec<[grid::Place; 2]> {
+        let steps = |corner: [f64; 3]| Grid::of_position([corner[0], corner[1], 0.0]).map(|(place, _)| place);
+        self.areas.iter().filter_map(|area| Some([steps(area.min)?, steps(area.max)?])).collect()
+    }
+
+    /// The places of a tile for which the terrain model is asked, in CRS units: the middles of every second cell along each axis
+    /// that was scanned.
+    fn asked_of_model(&self, key: TileKey) -> Vec<[f64; 2]> {
+        let grid = &self.grid;
+        let corner = grid.corner(key);
+        let first = grid.cell(corner);
+        let last = grid.cell([corner[0] + grid.tile[0], corner[1] + grid.tile[1]]);
+        let even = |axis: usize| (first[axis]..=last[axis]).filter(|cell| cell.rem_euclid(2) == 0);
+        let middle = |axis: usize, cell: i64| cell * grid.sample[axis] + grid.sample[axis] / 2;
+        let all = even(1).flat_map(|row| even(0).map(move |column| [middle(0, column), middle(1, row)]));
+        let unit = grid::STEPS_PER_UNIT as f64;
+        let there = all.filter(|place| grid.tile_of(*place) == key).map(|place| place.map(|c| c as f64 / unit));
+        let is_scanned = |[x, y]: &[f64; 2]| {
+            self.areas.iter().any(|a| (a.min[0]..=a.max[0]).contains(x) && (a.min[1]..=a.max[1]).contains(y))
+        };
+        there.filter(is_scanned).collect()
     }
 
     /// The tiles in which there may be terrain, from west to east and from south to north; none where there is neither a ground
     /// point nor a terrain model.
     pub fn tiles(&self) -> Vec<TileKey> {
         let mut extents = self.store.extents();
-        if self.model.is_some() {
-            let steps = |corner: [f64; 3]| Grid::of_position([corner[0], corner[1], 0.0]).map(|(place, _)| place);
-            extents.extend(self.areas.iter().filter_map(|area| Some([steps(area.min)?, steps(area.max)?])));
-        }
+        extents.extend(self.model.iter().flat_map(GroundStore::extents));
         if extents.is_empty() {
             return Vec::new();
         }
         extents.extend(self.outlines.extents());
+        // What lies beside a tile may reach into it.
+        self.keys(&extents, self.grid.margin)
+    }
+
+    /// The tiles that rectangles touch, or come as near to as the margin.
+    fn keys(&self, extents: &[[grid::Place; 2]], margin: [i64; 2]) -> Vec<TileKey> {
         let mut keys = BTreeSet::new();
-        for [low, high] in extents {
-            // What lies beside a tile may reach into it.
-            let margin = self.grid.margin;
+        for &[low, high] in extents {
             let [from, to] = [(low, -1), (high, 1)]
                 .map(|(place, sign)| self.grid.tile_of([0, 1].map(|axis| place[axis] + sign * margin[axis])));
             keys.extend((from[1]..=to[1]).flat_map(|row| (from[0]..=to[0]).map(move |column| [column, row])));
@@ -110,21 +146,5 @@ impl Terrain {
     /// How many outlines reach too far to be kept.
     pub fn left_out(&self) -> usize {
         self.outlines.left_out()
-    }
-
-    /// The heights of the terrain model at places on the grid, in steps, where something was scanned.
-    fn model_heights(&self, places: &[grid::Place]) -> Result<Vec<Option<i32>>> {
-        let Some(model) = &self.model else { return Ok(vec![None; places.len()]) };
-        let unit = grid::STEPS_PER_UNIT as f64;
-        let there: Vec<[f64; 2]> = places.iter().map(|place| place.map(|c| c as f64 / unit)).collect();
-        let is_scanned = |[x, y]: [f64; 2]| {
-            self.areas.iter().any(|a| (a.min[0]..=a.max[0]).contains(&x) && (a.min[1]..=a.max[1]).contains(&y))
-        };
-        let heights = model.lock().unwrap_or_else(PoisonError::into_inner).heights(&there)?;
-        let on_grid = |(place, height): (&[f64; 2], Option<f64>)| {
-            let z = Grid::of_position([place[0], place[1], height?]).map(|(_, z)| z)?;
-            is_scanned(*place).then_some(z)
-        };
-        Ok(there.iter().zip(heights).map(on_grid).collect())
     }
 }

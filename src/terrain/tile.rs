@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use super::border::Setting;
 use super::coverage::Coverage;
 use super::grid::{Grid, STEPS_PER_UNIT, TileKey};
-use super::ground::{Ground, Model};
+use super::ground::Ground;
 use super::mesh::Mesh;
 use super::outlines::Inside;
 use super::pieces::pieces;
@@ -95,10 +95,9 @@ impl Terrain {
     /// Makes a tile.
     ///
     /// # Errors
-    /// The ground points cannot be read back, or the terrain model cannot be read.
+    /// The ground points cannot be read back.
     pub fn tile(&self, key: TileKey) -> Result<Made> {
-        let model: &Model = &|places| self.model_heights(places);
-        let mut ground = Ground::read(&self.store, key, self.model.is_some().then_some(model))?;
+        let mut ground = Ground::read(&self.store, key, self.model.as_ref())?;
         let outlines = Surroundings::of(&self.outlines, &self.grid, key);
         ground.clear_collars(&outlines);
         let coverage = Coverage::of(&ground, &outlines);
