@@ -238,8 +238,11 @@ impl Args {
         let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
         let terrain_options = self.terrain_options.0;
         if !self.terrain && terrain_options != TerrainOptions::default() {
-            let fault = InputError::new("--terrain", "options of a terrain that nobody asked for", "--terrain with them");
-            return Err(fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out"));
+            let fault =
+                InputError::new("--terrain", "options of a terrain that nobody asked for", "--terrain with them");
+            return Err(
+                fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
+            );
         }
         let job = Job {
             tiles: self.tiles,

@@ -125,14 +125,14 @@ fn run_both(
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
-    let exit_code = exit_code(&done.counts, &plan.inputs);
+    let exit_code = exit_code(&done.counts, &plan.inputs, done.lacks_terrain);
     let outputs = plan.outputs().map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
         command: job.command.iter().map(|word| footprints::redacted(word)).collect(),
         started,
-        interrupted: done.counts.not_reached > 0,
+        interrupted: done.counts.not_reached > 0 || done.lacks_terrain,
         exit_code,
         crs: plan.crs_report,
         inputs: plan.inputs,
@@ -161,10 +161,11 @@ fn run_both(
     Ok(report)
 }
 
-/// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for.
-fn exit_code(counts: &Counts, inputs: &Inputs) -> u8 {
+/// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for, nor one whose terrain
+/// was cut short.
+fn exit_code(counts: &Counts, inputs: &Inputs, lacks_terrain: bool) -> u8 {
     match counts.verdict() {
-        Verdict::Complete if !inputs.is_whole() => Verdict::Partial,
+        Verdict::Complete if lacks_terrain || !inputs.is_whole() => Verdict::Partial,
         verdict => verdict,
     }
     .exit_code()

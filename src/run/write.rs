@@ -27,6 +27,8 @@ pub(super) struct Done {
     pub(super) buildings: Vec<BuildingReport>,
     /// What the terrain came to, if there is one.
     pub(super) terrain: Option<TerrainReport>,
+    /// Whether an interruption cost terrain.
+    pub(super) lacks_terrain: bool,
     /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
     pub(super) checkpoint: Option<Checkpoint>,
 }
@@ -68,7 +70,7 @@ pub(super) fn write(
         let mut writer = Writer { job, plan, pool, sinks: std::iter::once(file).chain(own).collect() };
         writer.write((tasks, ground), journal, method, Some(&checkpoint))
     });
-    let is_whole = matches!(&outcome, Ok(done) if done.counts.not_reached == 0);
+    let is_whole = matches!(&outcome, Ok(done) if done.counts.not_reached == 0 && !done.lacks_terrain);
     if is_whole {
         return outcome.map(|done| Done { checkpoint: Some(checkpoint), ..done });
     }
@@ -141,7 +143,8 @@ impl Writer<'_> {
             journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
             Ok(())
         })?;
-        Ok(Done { counts, buildings, terrain, checkpoint: None })
+        let lacks_terrain = job.terrain.is_some() && terrain.as_ref().is_none_or(|terrain| terrain.not_reached > 0);
+        Ok(Done { counts, buildings, terrain, lacks_terrain, checkpoint: None })
     }
 }
 

@@ -152,8 +152,8 @@ impl Harvest {
                     }
                 }
                 if !is_flagged && !role.noise {
-                    if let Some(collector) = collector.as_mut().filter(|_| role.ground) {
-                        collector.add(position);
+                    if let Some(collector) = &mut collector {
+                        collector.add(position, role.ground);
                     }
                     let building = point.building.map(|place| named.get(place as usize).copied().flatten());
                     if let Some(building) = building.filter(|_| role.building) {

@@ -143,7 +143,7 @@ mod tests {
             for j in -100..200 {
                 let (x, y) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
                 if !is_gap(x, y) {
-                    collector.add([x, y, 0.0]);
+                    collector.add([x, y, 0.0], true);
                 }
             }
         }
@@ -169,7 +169,11 @@ mod tests {
         let tiles = [[0, 0], [1, 0]].map(|key| coverage(key, Outlines::default(), wide));
         for row in 0..25 {
             for column in 23..27 {
-                assert_eq!(tiles[0].is_covered([column, row]), tiles[1].is_covered([column - 25, row]), "{column} {row}");
+                assert_eq!(
+                    tiles[0].is_covered([column, row]),
+                    tiles[1].is_covered([column - 25, row]),
+                    "{column} {row}"
+                );
             }
         }
         assert!(!tiles[0].is_covered([24, 15]));

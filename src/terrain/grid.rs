@@ -13,8 +13,13 @@ const LARGEST_SAMPLE: f64 = 65_535.0;
 const PARTS_PER_GAP: f64 = 5.0;
 /// So many parts around a tile count for it: what is covered depends on six, heights on those within a gap.
 const PARTS_AROUND: i64 = 8;
-/// How far vertices of outlines may be moved, metres: what is no farther apart is one place to every validator.
-pub(super) const SNAP: f64 = 0.001;
+/// However narrow the gap, heights are asked of points within this distance, metres …
+const LEAST_REACH: f64 = 8.0;
+/// … and so much around a tile counts for it: what is left out of these depends on outlines a collar away.
+const LEAST_AROUND: f64 = 12.0;
+/// How far vertices of outlines may be moved, metres: what is no farther apart than a millimetre is one place to every validator.
+/// The rest is rounding of the numbers that tell the millimetre and the step.
+pub(super) const SNAP: f64 = 0.001 + 1e-10;
 
 /// A place on the grid of the output, in steps.
 pub(super) type Place = [i64; 2];
@@ -46,11 +51,17 @@ impl Grid {
             let sample = (SAMPLE / step[axis]).round().clamp(1.0, LARGEST_SAMPLE) as i64;
             let part = options.terrain_gap / PARTS_PER_GAP / step[axis];
             let parts = (tile as f64 / part).round().max(1.0) as i64;
-            let margin = PARTS_AROUND * (tile / parts + 1);
+            let least = (LEAST_AROUND / step[axis]).ceil() as i64;
+            let margin = (PARTS_AROUND * (tile / parts + 1)).max(least);
             (tile, sample, parts, margin)
         };
         let [x, y] = [0, 1].map(axis);
         Self { step, tile: [x.0, y.0], sample: [x.1, y.1], parts: [x.2, y.2], margin: [x.3, y.3] }
+    }
+
+    /// How far points count for the height of a place, metres.
+    pub(super) fn reach(options: &TerrainOptions) -> f64 {
+        options.terrain_gap.max(LEAST_REACH)
     }
 
     /// The nearest place and height on the grid of the output; `None` of what is too far for it.
@@ -95,7 +106,8 @@ impl Grid {
             let own = place[axis] - tiles * self.tile[axis];
             let guess = tiles * self.parts[axis] + own * self.parts[axis] / self.tile[axis];
             // Parts begin at whole steps.
-            let nearer = |index: &i64| (self.part_start(axis, *index)..self.part_start(axis, index + 1)).contains(&place[axis]);
+            let nearer =
+                |index: &i64| (self.part_start(axis, *index)..self.part_start(axis, index + 1)).contains(&place[axis]);
             [guess, guess - 1, guess + 1].into_iter().find(nearer).unwrap_or(guess)
         })
     }

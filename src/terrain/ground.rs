@@ -166,7 +166,8 @@ impl Ground {
 
     /// The height of the ground at a place, in steps, from the points around it within so many metres; near ones count more.
     pub fn height(&self, place: Place, metres: f64) -> Option<f64> {
-        let centre = [0, 1].map(|axis| (place[axis] + self.corner[axis]).div_euclid(self.grid.sample[axis]) - self.first[axis]);
+        let centre =
+            [0, 1].map(|axis| (place[axis] + self.corner[axis]).div_euclid(self.grid.sample[axis]) - self.first[axis]);
         let side = [0, 1].map(|axis| self.grid.sample[axis] as f64 * self.grid.step[axis]);
         let rings = (metres / side[0].min(side[1])).ceil() as i64;
         let mut found: Vec<(f64, i64)> = Vec::new();
@@ -247,7 +248,7 @@ mod tests {
         for i in -60..100 {
             for j in -60..100 {
                 let (x, y) = (f64::from(i) * 0.5 + 0.2, f64::from(j) * 0.5 + 0.3);
-                collector.add([x, y, height(x, y)]);
+                collector.add([x, y, height(x, y)], true);
             }
         }
         collector.finish().unwrap();
@@ -257,7 +258,15 @@ mod tests {
     #[test]
     fn a_point_without_company_is_left_out_and_a_step_is_not() {
         let pit = |x: f64, y: f64| (x - 10.2).abs() < 0.1 && (y - 10.3).abs() < 0.1;
-        let (ground, _) = ground(|x, y| if pit(x, y) { -3.0 } else if x < 5.0 { 2.0 } else { 0.0 });
+        let (ground, _) = ground(|x, y| {
+            if pit(x, y) {
+                -3.0
+            } else if x < 5.0 {
+                2.0
+            } else {
+                0.0
+            }
+        });
         assert_eq!(ground.strays, 1);
         assert!((ground.height([102_000, 103_000], 2.0).unwrap() / 1e4).abs() < 0.01);
         assert!((ground.height([30_000, 103_000], 2.0).unwrap() / 1e4 - 2.0).abs() < 0.01);
@@ -292,11 +301,11 @@ mod tests {
         let grid = Grid::new(&TerrainOptions { terrain_tile: 20.0, ..TerrainOptions::default() }, [1.0; 3]);
         let store = GroundStore::create(folder.path(), grid).unwrap();
         let mut collector = store.collector();
-        (0..40).for_each(|i| collector.add([f64::from(i) * 0.5 + 0.1, 5.1, 1.0]));
+        (0..40).for_each(|i| collector.add([f64::from(i) * 0.5 + 0.1, 5.1, 1.0], true));
         collector.finish().unwrap();
         let model = GroundStore::create(folder.path(), grid).unwrap();
         let mut collector = model.collector();
-        (0..10).for_each(|i| collector.add([f64::from(i) + 0.25, 5.25, 7.0]));
+        (0..10).for_each(|i| collector.add([f64::from(i) + 0.25, 5.25, 7.0], true));
         collector.finish().unwrap();
         let ground = Ground::read(&store, [0, 0], Some(&model)).unwrap();
         assert!(ground.has_model && ground.has_points);

@@ -100,7 +100,9 @@ impl Mesh {
             while let Some(face) = found.get(next).copied() {
                 next += 1;
                 for edge in self.cdt.face(face).adjacent_edges() {
-                    let Some(beside) = edge.rev().face().as_inner().filter(|_| !edge.is_constraint_edge()) else { continue };
+                    let Some(beside) = edge.rev().face().as_inner().filter(|_| !edge.is_constraint_edge()) else {
+                        continue;
+                    };
                     if !std::mem::replace(&mut is_done[beside.index()], true) {
                         found.push(beside.fix());
                     }

@@ -69,25 +69,28 @@ impl Terrain {
         Self { options, grid, store, outlines, model: None, areas }
     }
 
-    /// The same on a terrain model, which goes before the ground points where it has heights: they are taken each metre, over
-    /// what was scanned, and wait in a nameless file in `folder`.
+    /// The same on a terrain model, which goes before the ground points where it has heights: they are taken each metre, in
+    /// tiles of the terrain in which there is any point, and wait in a nameless file in `folder`.
     ///
     /// # Errors
     /// It cannot be read, or the folder cannot be written to.
     pub fn on_model(mut self, path: &Path, crs: &Crs, folder: &Path) -> Result<Self> {
-        let extents = self.scanned();
         let store = GroundStore::create(folder, self.grid)?;
-        let mut whole = Extent::EMPTY;
-        self.areas.iter().for_each(|area| whole.join(area));
-        if !extents.is_empty() {
-            let bounds = [whole.min[0], whole.min[1], whole.max[0], whole.max[1]];
+        let keys = self.keys(&self.store.seen(), [0, 0]);
+        let unit = |place: grid::Place| place.map(|c| c as f64 / grid::STEPS_PER_UNIT as f64);
+        let bounds = keys.iter().fold([f64::MAX, f64::MAX, f64::MIN, f64::MIN], |[x0, y0, x1, y1], key| {
+            let ([low_x, low_y], [high_x, high_y]) =
+                (unit(self.grid.corner(*key)), unit(self.grid.corner(key.map(|k| k + 1))));
+            [x0.min(low_x), y0.min(low_y), x1.max(high_x), y1.max(high_y)]
+        });
+        if !keys.is_empty() {
             let mut model = Mosaic::open(path, crs, bounds)?;
             let mut collector = store.collector();
-            for key in self.keys(&extents, [0, 0]) {
+            for key in keys {
                 let places = self.asked_of_model(key);
                 let heights = model.heights(&places)?;
                 let found = places.iter().zip(heights).filter_map(|(place, z)| Some([place[0], place[1], z?]));
-                found.for_each(|position| collector.add(position));
+                found.for_each(|position| collector.add(position, true));
             }
             collector.finish()?;
         }
@@ -95,14 +98,8 @@ impl Terrain {
         Ok(self)
     }
 
-    /// What was scanned, on the grid.
-    fn scanned(&self) -> Vec<[grid::Place; 2]> {
-        let steps = |corner: [f64; 3]| Grid::of_position([corner[0], corner[1], 0.0]).map(|(place, _)| place);
-        self.areas.iter().filter_map(|area| Some([steps(area.min)?, steps(area.max)?])).collect()
-    }
-
     /// The places of a tile for which the terrain model is asked, in CRS units: the middles of every second cell along each axis
-    /// that was scanned.
+    /// in what was scanned.
     fn asked_of_model(&self, key: TileKey) -> Vec<[f64; 2]> {
         let grid = &self.grid;
         let corner = grid.corner(key);

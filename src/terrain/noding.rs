@@ -151,7 +151,9 @@ fn crossings(segments: &[[Place; 2]], grid: &Grid) -> Cuts {
         }
         let place = crossing(one, other);
         // Two crossings at one place, as where a third edge runs through, are one.
-        let place = made.iter().copied().find(|known| grid.distance(*known, place) <= SNAP).unwrap_or(place);
+        let ends = one.into_iter().chain(other);
+        let known = made.iter().copied().chain(ends).find(|known| grid.distance(*known, place) <= SNAP);
+        let place = known.unwrap_or(place);
         made.push(place);
         for segment in [one, other].into_iter().filter(|segment| !segment.contains(&place)) {
             cuts.entry(segment).or_default().push(place);
@@ -242,7 +244,9 @@ mod tests {
         assert_noded(&edges);
         let shared: Vec<&Edge> = edges.iter().filter(|e| e.ends.iter().all(|p| (p[0] - 100_010).abs() < 9)).collect();
         assert_eq!(shared.len(), 4, "three of the one and one of the other: {shared:?}");
-        let twice = shared.iter().filter(|a| shared.iter().any(|b| a.polygon != b.polygon && directed(a.ends).0 == directed(b.ends).0));
+        let twice = shared
+            .iter()
+            .filter(|a| shared.iter().any(|b| a.polygon != b.polygon && directed(a.ends).0 == directed(b.ends).0));
         assert_eq!(twice.count(), 2);
         assert!(edges.iter().all(|edge| edge.z == [5 + 4 * edge.polygon as i64; 2]));
     }

@@ -1,7 +1,7 @@
 //! The outlines of all buildings on the ground, and which of them touch.
 
 use super::grid::{Grid, Place, SNAP, STEPS_PER_UNIT};
-use crate::building::Building;
+use crate::building::{Building, Reason};
 use crate::geometry::Boxes;
 use crate::site::GroundSource;
 use crate::solid::SurfaceType;
@@ -42,7 +42,7 @@ struct Polygon {
 
 impl Outlines {
     /// Takes the outlines of a building: where its finest solids stand on the ground. Where there is none, the footprint, if
-    /// the ground was seen around it.
+    /// the ground was seen around it and it is not known to be open ground itself.
     pub fn add(&mut self, building: &Building) {
         let origin = building.frame.origin.map(|c| c.round() as i64 * STEPS_PER_UNIT);
         let parts = building.model.parts.iter();
@@ -57,7 +57,9 @@ impl Outlines {
         }
         let is_seen = |source| matches!(source, GroundSource::GroundPoints | GroundSource::TerrainModel);
         let ground = building.measures.ground.as_ref();
-        if solids.is_empty() && ground.is_some_and(|ground| is_seen(ground.source)) {
+        // Of open ground the points tell what it is like.
+        let is_open = building.outcome.reason().is_some_and(|(reason, _)| reason == Reason::OpenGround);
+        if solids.is_empty() && !is_open && ground.is_some_and(|ground| is_seen(ground.source)) {
             for polygon in &building.model.footprint {
                 let vertex = |p: &[i64; 2]| [p[0], p[1], building.model.ground];
                 let rings = polygon.iter().map(|ring| ring.iter().map(vertex).collect()).collect();
@@ -160,7 +162,8 @@ impl Grouped {
         let of_group = |group: &usize| {
             let first = self.members.partition_point(|&i| self.group[i] < *group);
             let own = self.members[first..].iter().take_while(|&&i| self.group[i] == *group);
-            let outline = |&i: &usize| Outline { inside: self.outlines.polygons[i].inside, rings: self.outlines.rings(i) };
+            let outline =
+                |&i: &usize| Outline { inside: self.outlines.polygons[i].inside, rings: self.outlines.rings(i) };
             own.map(outline).collect()
         };
         groups.iter().map(of_group).collect()

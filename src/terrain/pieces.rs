@@ -95,7 +95,12 @@ fn pinch(piece: &[usize], triangles: &[[u32; 3]], neighbours: &[[Option<usize>; 
 }
 
 /// The triangles at a vertex by fans: those that hang together by edges that end there.
-fn fans(vertex: u32, mut left: Vec<usize>, triangles: &[[u32; 3]], neighbours: &[[Option<usize>; 3]]) -> Vec<Vec<usize>> {
+fn fans(
+    vertex: u32,
+    mut left: Vec<usize>,
+    triangles: &[[u32; 3]],
+    neighbours: &[[Option<usize>; 3]],
+) -> Vec<Vec<usize>> {
     let mut fans = Vec::new();
     while let Some(start) = left.pop() {
         let (mut fan, mut next) = (vec![start], 0);

@@ -3,7 +3,7 @@
 //! What is kept of a cell is the point nearest to its centre. That does not depend on the order of the points, nor on how the
 //! cloud was cut: what two tiles keep of one cell meets when it is read.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -54,6 +54,8 @@ struct Kept {
     end: u64,
     /// Where the samples of each block are: first byte, and how many.
     chunks: HashMap<[i64; 2], Vec<(u64, u32)>, FixedState>,
+    /// Blocks in which any point was seen.
+    seen: HashSet<[i64; 2], FixedState>,
     /// How many ground points there were.
     points: u64,
 }
@@ -65,13 +67,21 @@ impl GroundStore {
     /// The folder cannot be written to.
     pub fn create(folder: &Path, grid: Grid) -> Result<Self> {
         let file = tempfile::tempfile_in(folder).map_err(|e| Error::io(folder, "create a temporary file in", e))?;
-        let kept = Kept { file, end: 0, chunks: HashMap::default(), points: 0 };
+        let kept = Kept { file, end: 0, chunks: HashMap::default(), seen: HashSet::default(), points: 0 };
         Ok(Self { grid, folder: folder.to_path_buf(), kept: Mutex::new(kept) })
     }
 
     /// A collector, of which any number may be at work.
     pub fn collector(&self) -> Collector<'_> {
-        Collector { store: self, blocks: HashMap::default(), last: None, points: 0, fault: None }
+        Collector {
+            store: self,
+            blocks: HashMap::default(),
+            last: None,
+            seen: HashSet::default(),
+            last_seen: None,
+            points: 0,
+            fault: None,
+        }
     }
 
     /// How many ground points came.
@@ -85,7 +95,15 @@ impl GroundStore {
 
     /// The rectangles that hold ground points, as their smallest and largest places, in order.
     pub(super) fn extents(&self) -> Vec<[Place; 2]> {
-        let mut keys: Vec<[i64; 2]> = self.lock().chunks.keys().copied().collect();
+        self.rectangles(self.lock().chunks.keys().copied().collect())
+    }
+
+    /// The rectangles that hold any points at all.
+    pub(super) fn seen(&self) -> Vec<[Place; 2]> {
+        self.rectangles(self.lock().seen.iter().copied().collect())
+    }
+
+    fn rectangles(&self, mut keys: Vec<[i64; 2]>) -> Vec<[Place; 2]> {
         keys.sort_unstable();
         let corner = |key: [i64; 2]| [0, 1].map(|axis| key[axis] * BLOCK * self.grid.sample[axis]);
         keys.into_iter().map(|key| [corner(key), corner(key.map(|k| k + 1)).map(|c| c - 1)]).collect()
@@ -159,18 +177,28 @@ pub struct Collector<'a> {
     blocks: HashMap<[i64; 2], Block, FixedState>,
     /// The block of the point before: neighbours in a scan are neighbours on the ground.
     last: Option<([i64; 2], Block)>,
+    /// The blocks in which any point was seen, the last of them by itself.
+    seen: HashSet<[i64; 2], FixedState>,
+    last_seen: Option<[i64; 2]>,
     points: u64,
     fault: Option<Error>,
 }
 
 impl Collector<'_> {
-    /// Takes a ground point in CRS units.
-    pub fn add(&mut self, position: [f64; 3]) {
+    /// Takes a point in CRS units: what is not of the ground only tells that something was scanned there.
+    pub fn add(&mut self, position: [f64; 3], is_ground: bool) {
         let grid = &self.store.grid;
         let Some((place, z)) = Grid::of_position(position) else { return };
-        self.points += 1;
         let cell = grid.cell(place);
         let key = cell.map(|c| c.div_euclid(BLOCK));
+        if self.last_seen != Some(key) {
+            self.last_seen = Some(key);
+            self.seen.insert(key);
+        }
+        if !is_ground {
+            return;
+        }
+        self.points += 1;
         let at = [0, 1].map(|axis| (place[axis] - cell[axis] * grid.sample[axis]) as u16);
         let slot = (cell[1].rem_euclid(BLOCK) * BLOCK + cell[0].rem_euclid(BLOCK)) as usize;
         let sample = grid.sample;
@@ -200,6 +228,7 @@ impl Collector<'_> {
         let mut bytes = Vec::new();
         let mut kept = self.store.lock();
         kept.points += std::mem::take(&mut self.points);
+        kept.seen.extend(self.seen.iter().copied());
         for (key, block) in blocks {
             bytes.clear();
             for (slot, sample) in block.iter().enumerate() {
@@ -259,7 +288,7 @@ mod tests {
             let store = GroundStore::create(folder.path(), grid).unwrap();
             for cut in cuts {
                 let mut collector = store.collector();
-                cut.iter().for_each(|i| collector.add(points[*i]));
+                cut.iter().for_each(|i| collector.add(points[*i], true));
                 collector.finish().unwrap();
             }
             assert!(store.points() >= 4000);

@@ -54,12 +54,6 @@ impl Surroundings {
         Self::cut_at_border(all, &edges, heights, grid)
     }
 
-    /// Without any outlines, for tests and the like.
-    #[cfg(test)]
-    pub fn none(grid: &Grid) -> Self {
-        Self::cut_at_border(Vec::new(), &[], HashMap::default(), grid)
-    }
-
     fn cut_at_border(
         mut outlines: Vec<Extents>,
         edges: &[Edge],
@@ -78,7 +72,8 @@ impl Surroundings {
             // From the smaller end, so that both tiles round alike.
             let is_turned = edge.ends[0] > edge.ends[1];
             let turned = |[a, b]: [Place; 2]| if is_turned { [b, a] } else { [a, b] };
-            let terrain = edge.ends.map(|end| heights.get(&end).and_then(|all| all.first()).copied().unwrap_or_default());
+            let terrain =
+                edge.ends.map(|end| heights.get(&end).and_then(|all| all.first()).copied().unwrap_or_default());
             let flip = |z: [i64; 2]| if is_turned { [z[1], z[0]] } else { z };
             for (ends, [z, _]) in split(turned(edge.ends), flip(terrain), places, grid).into_iter().skip(1) {
                 heights.entry(ends[0]).or_default().push(z);
@@ -100,7 +95,8 @@ impl Surroundings {
             (outline.first, outline.end) = (starts[outline.first], starts[outline.end]);
         }
         let line = |edge: &Edge| Line::new(edge.ends[0].map(|c| c as f64), edge.ends[1].map(|c| c as f64));
-        let tree = RTree::bulk_load(pieces.iter().map(line).zip(0..).map(|(line, i)| GeomWithData::new(line, i)).collect());
+        let tree =
+            RTree::bulk_load(pieces.iter().map(line).zip(0..).map(|(line, i)| GeomWithData::new(line, i)).collect());
         let mut by_ends: HashMap<[Place; 2], Vec<usize>, FixedState> = HashMap::default();
         for (piece, i) in pieces.iter().zip(0..) {
             by_ends.entry(ascending(piece.ends)).or_default().push(i);
@@ -142,7 +138,8 @@ impl Surroundings {
             if is_apart || found == Some(outline.inside) {
                 continue;
             }
-            let crossed = self.edges[outline.first..outline.end].iter().filter(|e| is_right_of(e, numerator, denominator));
+            let crossed =
+                self.edges[outline.first..outline.end].iter().filter(|e| is_right_of(e, numerator, denominator));
             if crossed.count() % 2 == 1 {
                 found = Some(outline.inside);
                 if outline.inside == Inside::Hole {
@@ -196,7 +193,8 @@ fn add_group(group: &[Outline], mut own: Vec<Edge>, (all, edges): (&mut Vec<Exte
     own.sort_by_key(|edge| edge.polygon);
     let base = all.len();
     for (polygon, outline) in group.iter().enumerate() {
-        let of_outline = own.iter().filter(|edge| edge.polygon == polygon).map(|edge| Edge { polygon: base + polygon, ..*edge });
+        let of_outline =
+            own.iter().filter(|edge| edge.polygon == polygon).map(|edge| Edge { polygon: base + polygon, ..*edge });
         let first = edges.len();
         edges.extend(of_outline);
         let places = || edges[first..].iter().flat_map(|edge| edge.ends);
@@ -218,7 +216,8 @@ fn cuts(
     for (axis, line) in [(0, 0), (0, grid.tile[0]), (1, 0), (1, grid.tile[1])] {
         let other = 1 - axis;
         let reach = grid.steps(SNAP)[other];
-        let on_border = |place: Place| place[axis] == line && (-reach..=grid.tile[other] + reach).contains(&place[other]);
+        let on_border =
+            |place: Place| place[axis] == line && (-reach..=grid.tile[other] + reach).contains(&place[other]);
         // Places along the line, and whether something else than a cut is there: that stays.
         let mut known: BTreeMap<i64, bool> = BTreeMap::from([(0, true), (grid.tile[other], true)]);
         known.extend(vertices.keys().filter(|place| on_border(**place)).map(|place| (place[other], true)));
@@ -237,7 +236,8 @@ fn cuts(
         }
         found.sort_unstable();
         for (at, ends) in found {
-            let near = known.range(at - reach..=at + reach).min_by_key(|(place, is_fast)| (!**is_fast, (**place - at).abs()));
+            let near =
+                known.range(at - reach..=at + reach).min_by_key(|(place, is_fast)| (!**is_fast, (**place - at).abs()));
             let at = near.map_or(at, |(place, _)| *place);
             known.entry(at).or_insert(false);
             let place = if axis == 0 { [line, at] } else { [at, line] };

@@ -9,7 +9,7 @@ use super::*;
 use crate::geometry::Random;
 use crate::sink::Feature;
 use crate::solid::{Face, Solid};
-use crate::validate::{Claim, Tolerances, visit};
+use crate::validate::{Claim, Place, Tolerances, visit};
 
 /// Where the tests take place, in steps: coordinates as they are in real systems.
 const ORIGIN: [i64; 2] = [850_000_000, 4_470_000_000];
@@ -34,8 +34,19 @@ fn terrain(
     buildings: &[(Inside, Vec<Vertex>)],
     height: impl Fn(f64, f64) -> Option<f64>,
 ) -> Terrain {
+    terrain_in([1.0; 3], options, side, buildings, height)
+}
+
+/// The same in units of so many metres.
+fn terrain_in(
+    metres_per_unit: [f64; 3],
+    options: &TerrainOptions,
+    side: f64,
+    buildings: &[(Inside, Vec<Vertex>)],
+    height: impl Fn(f64, f64) -> Option<f64>,
+) -> Terrain {
     let folder = tempfile::tempdir().unwrap();
-    let grid = Grid::new(options, [1.0; 3]);
+    let grid = Grid::new(options, metres_per_unit);
     let store = GroundStore::create(folder.path(), grid).unwrap();
     let mut collector = store.collector();
     let corner = ORIGIN.map(|c| c as f64 / 1e4);
@@ -44,7 +55,7 @@ fn terrain(
         for j in 0..count {
             let (x, y) = (f64::from(i) * 0.3 + 0.13, f64::from(j) * 0.3 + 0.17);
             if let Some(z) = height(x, y) {
-                collector.add([corner[0] + x, corner[1] + y, z]);
+                collector.add([corner[0] + x, corner[1] + y, z], true);
             }
         }
     }
@@ -93,7 +104,13 @@ fn assert_valid(feature: &Feature) {
     let solid = Solid { step: [1e-4; 3], vertices: local, faces, surfaces: Vec::new() };
     let mut faults = Vec::new();
     let _ = visit(&solid, Claim::Surface, &Tolerances::written(), &mut |fault| {
-        faults.push(fault.to_string());
+        let corners = match fault.place {
+            Place::Face(f) | Place::Ring(f, _) => {
+                solid.faces[f as usize].rings[0].iter().map(|v| vertices[*v as usize]).collect()
+            }
+            _ => Vec::new(),
+        };
+        faults.push(format!("{fault} {corners:?}"));
         ControlFlow::Continue(())
     });
     faults.extend(crate::validate::relief::check(&solid).iter().map(ToString::to_string));
@@ -193,7 +210,10 @@ fn a_row_of_houses_with_different_floors_is_closed_by_upright_triangles() {
     for (_, ring) in &row {
         for i in [0, 2] {
             let (a, b) = (ring[i], ring[i + 1]);
-            assert!(open.contains(&if a < b { [a, b] } else { [b, a] }), "the wall foot {a:?} {b:?} is an edge of the terrain");
+            assert!(
+                open.contains(&if a < b { [a, b] } else { [b, a] }),
+                "the wall foot {a:?} {b:?} is an edge of the terrain"
+            );
         }
         ring.iter().for_each(|vertex| assert_eq!(off_vertices(*vertex, &tiles), 0.0));
     }
@@ -216,7 +236,11 @@ fn a_courtyard_is_a_piece_of_its_own() {
 
 #[test]
 fn houses_that_touch_in_a_corner_leave_valid_pieces() {
-    let corners = [house(20.0, 20.0, [10.0, 10.0], 1.0), house(30.0, 30.0, [10.0, 10.0], 1.3), house(30.0, 10.0, [9.0, 10.0], 0.8)];
+    let corners = [
+        house(20.0, 20.0, [10.0, 10.0], 1.0),
+        house(30.0, 30.0, [10.0, 10.0], 1.3),
+        house(30.0, 10.0, [9.0, 10.0], 0.8),
+    ];
     let tiles = made(&terrain(&options(0.1, 100.0), 60.0, &corners, |_, _| Some(1.0)));
     for (_, ring) in &corners {
         ring.iter().for_each(|vertex| assert!(off_vertices(*vertex, &tiles) <= 10.0));
@@ -253,14 +277,15 @@ fn tiles_share_every_vertex_of_their_borders_also_through_buildings_and_gaps() {
             let [one, other] = &sides;
             let both = one.intersection(other).count();
             // Where only one side is terrain, on a wall or at the pond, the other has no edge.
-            assert!(both > 40, "{line} {axis}: {both}");
+            assert!(both > 15, "{line} {axis}: {both}");
             for lone in one.symmetric_difference(other) {
                 let inner = |v: &Vertex| one.iter().chain(other).filter(|edge| edge.contains(v)).count();
                 assert!(lone.iter().all(|v| inner(v) >= 1));
                 let (low, high) = (lone[0][1 - axis], lone[1][1 - axis]);
-                let crossed = one.iter().chain(other).any(|edge| {
-                    edge != lone && edge[0][1 - axis] < high && low < edge[1][1 - axis]
-                });
+                let crossed = one
+                    .iter()
+                    .chain(other)
+                    .any(|edge| edge != lone && edge[0][1 - axis] < high && low < edge[1][1 - axis]);
                 assert!(!crossed, "{line} {axis}: {lone:?} has other vertices on the other side");
             }
         }
@@ -275,10 +300,25 @@ fn wide_gaps_are_left_out_and_told() {
         all.add(&tile.tally);
         all
     });
-    assert!((1200.0..=1600.0).contains(&tally.left_out), "{tally:?}");
+    // The pond without what lies within a part of its shore, and without its corners.
+    assert!((1000.0..=1300.0).contains(&tally.left_out), "{tally:?}");
     let found = all_triangles(&tiles);
     let centre = |t: &[Vertex; 3], axis: usize| t.iter().map(|v| v[axis]).sum::<i64>() as f64 / 3e4;
     assert!(!found.iter().any(|t| (0..2).all(|axis| (38.0..62.0).contains(&centre(t, axis)))));
+}
+
+#[test]
+fn lengths_are_metres_whatever_the_unit() {
+    // 300 by 300 US survey feet, a house in them, and ground that rises by a foot in ten: a tile of 30 m is one of 98 ft.
+    let foot = 1200.0 / 3937.0;
+    let ring = house(120.0, 120.0, [40.0, 30.0], 10.0);
+    let slope = |x: f64, _: f64| Some(0.1 * x + 0.3 * (x / 9.0).sin());
+    let terrain = terrain_in([foot; 3], &options(0.03, 30.0), 300.0, std::slice::from_ref(&ring), slope);
+    let tiles = made(&terrain);
+    let ids: BTreeSet<&str> = tiles.iter().flat_map(|tile| &tile.features).map(|feature| feature.id.as_str()).collect();
+    assert!(ids.contains("terrain-85064-447076"), "{ids:?}");
+    assert!(tiles.iter().all(|tile| tile.tally.largest <= 0.03001), "{:?}", tiles.iter().map(|tile| tile.tally.largest).collect::<Vec<_>>());
+    ring.1.iter().for_each(|vertex| assert_eq!(off_vertices(*vertex, &tiles), 0.0));
 }
 
 #[test]
@@ -287,9 +327,9 @@ fn a_pad_is_level_and_no_hole() {
     pad.0 = Inside::Pad;
     let tiles = made(&terrain(&options(0.1, 100.0), 100.0, std::slice::from_ref(&pad), |_, _| Some(1.0)));
     pad.1.iter().for_each(|vertex| assert_eq!(off_vertices(*vertex, &tiles), 0.0));
-    let inside = all_triangles(&tiles).into_iter().filter(|t| {
-        t.iter().all(|v| (0..2).all(|i| (400_000..=500_000).contains(&v[i])))
-    });
+    let inside = all_triangles(&tiles)
+        .into_iter()
+        .filter(|t| t.iter().all(|v| (0..2).all(|i| (400_000..=500_000).contains(&v[i]))));
     let inside: Vec<[Vertex; 3]> = inside.collect();
     assert_eq!(inside.iter().map(area).sum::<i64>(), 2 * 100_000 * 100_000);
     assert!(inside.iter().flatten().all(|v| v[2] == 15_000));
@@ -305,7 +345,12 @@ fn whatever_stands_there_the_terrain_is_valid_and_meets_it() {
             let [w, h] = [0; 2].map(|_| 4.0 + random.below(3) as f64 * 4.0);
             let z = 0.25 * random.below(5) as f64;
             let turn = if random.chance(0.3) { random.between(-1.0, 1.0) } else { 0.0 };
-            buildings.push(building(&[[x, y, z], [x + w, y + turn, z], [x + w - turn, y + h, z], [x - turn, y + h - turn, z]]));
+            buildings.push(building(&[
+                [x, y, z],
+                [x + w, y + turn, z],
+                [x + w - turn, y + h, z],
+                [x - turn, y + h - turn, z],
+            ]));
         }
         let noise: Vec<f64> = (0..1000).map(|_| 0.1 * random.bell()).collect();
         let ground = |x: f64, y: f64| Some(0.5 + noise[(x * 31.0 + y * 57.0) as usize % 1000]);

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value};
 
+use super::Terrain;
 use super::border::Setting;
 use super::coverage::Coverage;
 use super::grid::{Grid, STEPS_PER_UNIT, TileKey};
@@ -12,7 +13,6 @@ use super::pieces::pieces;
 use super::refine::{Fit, refine};
 use super::surface::Surface;
 use super::surroundings::Surroundings;
-use super::Terrain;
 use crate::error::Result;
 use crate::sink::Feature;
 use crate::source::cityjson::{CityObject, Face, Geometry, GeometryKind, Shell};
@@ -106,7 +106,7 @@ impl Terrain {
             outlines: &outlines,
             coverage: &coverage,
             tolerance: self.grid.height_steps(self.options.terrain_error),
-            reach: self.options.terrain_gap,
+            reach: Grid::reach(&self.options),
         };
         let Some(mut mesh) = Mesh::coarse(&setting) else { return Ok(Made::default()) };
         let mut states = ground.states.clone();
@@ -182,7 +182,8 @@ impl Terrain {
         };
         let vertices = used.iter().map(vertex).collect();
         let index = |vertex: u32| used.binary_search(&vertex).unwrap_or_default() as u32;
-        let face = |&triangle: &usize| Face { rings: vec![surface.triangles[triangle].map(index).to_vec()], surface: None };
+        let face =
+            |&triangle: &usize| Face { rings: vec![surface.triangles[triangle].map(index).to_vec()], surface: None };
         let geometry = Geometry {
             lod: LOD.to_owned(),
             kind: GeometryKind::CompositeSurface,
@@ -214,9 +215,10 @@ impl Terrain {
             let end = [0, 1].map(|axis| grid.part_start(axis, part[axis] + 1));
             let middle = [0, 1].map(|axis| (start[axis] + end[axis]) / 2);
             let there = [0, 1].map(|axis| (corner[axis] + middle[axis]) as f64 / STEPS_PER_UNIT as f64);
-            let is_scanned = self.areas.iter().any(|area| {
-                (0..2).all(|axis| (area.min[axis]..=area.max[axis]).contains(&there[axis]))
-            });
+            let is_scanned = self
+                .areas
+                .iter()
+                .any(|area| (0..2).all(|axis| (area.min[axis]..=area.max[axis]).contains(&there[axis])));
             if is_scanned && setting.outlines.inside(middle, 1) != Some(Inside::Hole) {
                 let [width, height] = grid.metres([end[0] - start[0], end[1] - start[1]]);
                 areas[usize::from(!is_spanned)] += width * height;

@@ -37,7 +37,10 @@ mod tests {
     fn faces(rings: &[&[u32]]) -> Vec<u16> {
         let vertices = vec![[0, 0, 5], [10, 0, 0], [10, 10, 0], [0, 10, 0], [10, 0, 9]];
         let faces = rings.iter().map(|ring| Face { rings: vec![ring.to_vec()], surface: 0 }).collect();
-        check(&Solid { step: [1e-3; 3], vertices, faces, surfaces: Vec::new() }).iter().map(|fault| fault.code).collect()
+        check(&Solid { step: [1e-3; 3], vertices, faces, surfaces: Vec::new() })
+            .iter()
+            .map(|fault| fault.code)
+            .collect()
     }
 
     #[test]

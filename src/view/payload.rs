@@ -29,6 +29,7 @@ use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, SemanticSurface};
 use crate::source::crs::Crs;
 use crate::source::points::TileProblem;
+use crate::terrain;
 
 /// Steps of the coordinates of the page per metre.
 pub(super) const STEPS_PER_METRE: f64 = 1000.0;
@@ -209,7 +210,16 @@ impl Payload {
             ..Head::default()
         };
         let (columns, contents) = (Columns::default(), Contents::default());
-        Self { frame, head, columns, contents, known_surfaces: HashMap::new(), boxes: Vec::new(), terrain_boxes: Vec::new(), last: [0; 3] }
+        Self {
+            frame,
+            head,
+            columns,
+            contents,
+            known_surfaces: HashMap::new(),
+            boxes: Vec::new(),
+            terrain_boxes: Vec::new(),
+            last: [0; 3],
+        }
     }
 
     /// Whether there is no feature.
@@ -305,8 +315,9 @@ impl Payload {
         self.head.crs = crs.map(ToString::to_string);
         self.head.faults = found.dataset_errors.iter().map(Fault::of_file).collect();
         self.contents.unreadable = found.dataset_errors.len();
-        let known = ATTRIBUTES.iter().map(|a| Known { name: a.name, unit: a.unit, meaning: a.meaning });
-        self.head.attributes = known.collect();
+        let of_buildings = ATTRIBUTES.iter().map(|a| Known { name: a.name, unit: a.unit, meaning: a.meaning });
+        let of_terrain = terrain::ATTRIBUTES.iter().map(|&(name, unit, meaning)| Known { name, unit, meaning });
+        self.head.attributes = of_buildings.chain(of_terrain).collect();
     }
 
     /// The points of the tiles around the features.

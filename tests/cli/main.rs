@@ -28,6 +28,7 @@ mod resume;
 mod simulate;
 mod standing;
 mod streams;
+mod terrain;
 mod told;
 mod trial;
 mod validate;

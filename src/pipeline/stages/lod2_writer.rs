@@ -80,7 +80,10 @@ fn options() -> Vec<OptionSpec> {
             .map(u8::to_string)
             .collect::<Vec<_>>()
             .join(",")),
-        switch("terrain", "Write the terrain around the buildings too: a TIN of the ground points, which the buildings stand in"),
+        switch(
+            "terrain",
+            "Write the terrain around the buildings too: a TIN of the ground points, which the buildings stand in",
+        ),
         text("point_cloud_source", "Name of the point cloud, such as AHN3; an attribute of every building"),
         text(
             "point_cloud_date",
