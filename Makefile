@@ -92,6 +92,7 @@ picture: $(MODEL)
 	sh scripts/picture.sh
 	sh scripts/picture.sh out/delft.html docs/page.png 'theme=light&colour=rmse&id=NL.IMBAG.Pand.0503100000017310'
 	sh scripts/picture-levels.sh
+	sh scripts/picture-terrain.sh
 
 # The page of gable view from its sources, by npm: after a change in src/view/page.
 page:

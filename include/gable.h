@@ -50,7 +50,7 @@ typedef enum gable_status {
   GABLE_STATUS_BUSY = 5,
 } gable_status;
 
-// The stages of a run, in order.
+// The stages of a run, in order; the terrain is made before the output is completed.
 typedef enum gable_stage {
   // Reads footprints and what the points are; counted in files.
   GABLE_STAGE_READ = 0,
@@ -60,6 +60,8 @@ typedef enum gable_stage {
   GABLE_STAGE_RECONSTRUCT = 2,
   // Completes the output; counted in files.
   GABLE_STAGE_FINISH = 3,
+  // Makes the terrain, if the job asks for it; counted in tiles.
+  GABLE_STAGE_TERRAIN = 4,
 } gable_stage;
 
 // A job: options, points, and what came of them. Only pointers to it are used; gable_create makes one and gable_free
@@ -94,8 +96,9 @@ typedef struct gable_chunk {
 } gable_chunk;
 
 // Takes the model line by line: first a CityJSON object without buildings (its "transform" is that of all that
-// follow), then one CityJSONFeature per building, in the order of the footprints. Together they are a CityJSONSeq. The line
-// has no line end, ends with a zero after its length, and is yours until you return.
+// follow), then one CityJSONFeature per building, in the order of the footprints, then one per piece of the terrain if the job
+// asks for it. Together they are a CityJSONSeq. The line has no line end, ends with a zero after its length, and is yours
+// until you return.
 //
 // Return 0 to go on, anything else to stop the run.
 typedef int (*gable_line_callback)(const char *line, size_t length, void *user_data);

@@ -15,6 +15,7 @@
 //! - [`network`] runs the networks whose implicit field the method asks.
 //! - [`solid`] is what it returns, on the integer grid of the output.
 //! - [`validate`] decides whether a solid may be written.
+//! - [`terrain`] makes the ground between the buildings.
 //! - [`sink`] writes models, one file per format.
 //! - [`convert`] takes city models from format to format and joins them.
 //! - [`run`] drives the road over many buildings in parallel and keeps the [`report`].
@@ -28,7 +29,7 @@
 //! - [`capi`] is the C interface.
 //!
 //! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view} → {convert, run, simulate} → {source,
-//! segment, sink, network} → reconstruct →
+//! segment, terrain, sink, network} → reconstruct →
 //! completeness → {solid, site} → geometry`.
 
 // What pipelines alone use.
@@ -55,6 +56,7 @@ pub mod sink;
 pub mod site;
 pub mod solid;
 pub mod source;
+pub mod terrain;
 pub mod trial;
 pub mod validate;
 pub mod view;

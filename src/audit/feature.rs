@@ -10,7 +10,7 @@ use super::templates::Templates;
 use crate::solid::{Face, Solid, SurfaceType};
 use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind};
 use crate::validate::semantics::{self, Label};
-use crate::validate::{Claim, Fault, Place, composite, solid, visit};
+use crate::validate::{Claim, Fault, Place, composite, relief, solid, visit};
 
 /// A geometry on the grid.
 pub(super) struct Primitive<'a> {
@@ -89,7 +89,7 @@ fn keep_first_level(findings: &mut Vec<Finding>, start: usize) {
     findings.append(&mut of_geometry);
 }
 
-/// The steps in which val3dity checks: all faces by themselves, rings and polygons; the number of faces of a shell, how they
+/// The steps in which val3dity checks, and 809 like 405: all faces by themselves, rings and polygons; the number of faces of a shell, how they
 /// join, whether they hang together, whether they close, what crosses, which way they look; the shells of a solid; the
 /// solids of a composite by pairs and then as a whole.
 fn step(code: u16) -> u16 {
@@ -100,7 +100,7 @@ fn step(code: u16) -> u16 {
         305 => 4,
         302 => 5,
         306 => 6,
-        405 => 7,
+        405 | 809 => 7,
         401..=404 => 8,
         501 | 502 => 9,
         503 => 10,
@@ -159,6 +159,12 @@ pub(super) fn geometry_faults(
                 errors.push(finding(&fault, &place, &shell.names));
                 ControlFlow::Continue(())
             });
+            if labels_count && is_surface && object.kind == "TINRelief" {
+                for fault in relief::check(&shell.solid) {
+                    let of = if relief::is_geometric(&fault) { &mut *errors } else { &mut *semantic_errors };
+                    of.push(finding(&fault, &place, &shell.names));
+                }
+            }
             shells.push(shell);
         }
         let shells: Vec<Solid> = shells.into_iter().map(|shell: Shell| shell.solid).collect();

@@ -12,7 +12,8 @@
 //!
 //! The schema of the version that the file states is checked as well, and told apart from the geometry.
 //!
-//! What labels and attributes say of the geometry is checked too and kept apart, because val3dity would not call it invalid.
+//! What labels and attributes say of the geometry is checked too and kept apart, because val3dity would not call it invalid. Only
+//! a terrain (`TINRelief`) that looks down is called invalid here and not there: like a solid that is inside out (405).
 
 mod attributes;
 mod feature;

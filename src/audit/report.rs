@@ -11,7 +11,7 @@ use crate::validate::codes;
 /// A fault in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// The code: val3dity's, or one of gable's own (801 to 808).
+    /// The code: val3dity's, or one of gable's own (801 to 810).
     pub code: u16,
     /// The name of the code.
     pub description: &'static str,

@@ -15,7 +15,7 @@ use crate::sink::{Feature, Sequence, Sink, Written};
 /// How often progress is told at most, and how often the callback is asked whether to go on at least.
 const BEAT: Duration = Duration::from_millis(50);
 
-/// The stages of a run, in order.
+/// The stages of a run, in order; the terrain is made before the output is completed.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GableStage {
@@ -27,6 +27,8 @@ pub enum GableStage {
     Reconstruct = 2,
     /// Completes the output; counted in files.
     Finish = 3,
+    /// Makes the terrain, if the job asks for it; counted in tiles.
+    Terrain = 4,
 }
 
 impl From<Stage> for GableStage {
@@ -36,13 +38,15 @@ impl From<Stage> for GableStage {
             Stage::Segment => Self::Segment,
             Stage::Reconstruct => Self::Reconstruct,
             Stage::Finish => Self::Finish,
+            Stage::Terrain => Self::Terrain,
         }
     }
 }
 
 /// Takes the model line by line: first a CityJSON object without buildings (its "transform" is that of all that
-/// follow), then one CityJSONFeature per building, in the order of the footprints. Together they are a CityJSONSeq. The line
-/// has no line end, ends with a zero after its length, and is yours until you return.
+/// follow), then one CityJSONFeature per building, in the order of the footprints, then one per piece of the terrain if the job
+/// asks for it. Together they are a CityJSONSeq. The line has no line end, ends with a zero after its length, and is yours
+/// until you return.
 ///
 /// Return 0 to go on, anything else to stop the run.
 pub type GableLineCallback =

@@ -17,6 +17,7 @@ use crate::sink::{PointCloud, is_stream};
 use crate::source::crs::Crs;
 use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
+use crate::terrain::TerrainOptions;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,6 +37,8 @@ Examples:
     gable reconstruct church.ply --no-footprint --unit ft --up-axis y -o church.city.json
   The options of a file (TOML, the same names: `footprints = \"buildings.gpkg\"`), but for one:
     gable reconstruct --config city.toml --lambda 0.2
+  With the terrain that the buildings stand in, to 10 cm:
+    gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --terrain --terrain-error 0.1
   And a page to look at it in: city.html
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
 
@@ -145,6 +148,10 @@ pub struct Args {
     #[arg(long, value_name = "LEVELS")]
     lod: Option<Levels>,
 
+    /// Write the terrain around the buildings too: a TIN of the ground points in tiles, which the buildings stand in
+    #[arg(long)]
+    terrain: bool,
+
     /// Name of the point cloud, such as AHN3; an attribute of every building
     #[arg(long, value_name = "NAME")]
     point_cloud_source: Option<String>,
@@ -177,6 +184,9 @@ pub struct Args {
 
     #[command(flatten)]
     parameters: Flags<Parameters>,
+
+    #[command(flatten)]
+    terrain_options: Flags<TerrainOptions>,
 }
 
 /// Reconstructs and says what came out.
@@ -231,6 +241,14 @@ impl Args {
         let (filter, id_attribute) = (self.filter, self.id_attribute);
         let levels = self.lod.unwrap_or_else(|| Levels::usual(self.roofprint.is_some()));
         let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
+        let terrain_options = self.terrain_options.0;
+        if !self.terrain && terrain_options != TerrainOptions::default() {
+            let fault =
+                InputError::new("--terrain", "options of a terrain that nobody asked for", "--terrain with them");
+            return Err(
+                fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
+            );
+        }
         let job = Job {
             tiles: self.tiles,
             fed: None,
@@ -251,6 +269,7 @@ impl Args {
             },
             parameters: Parameters { lod: levels, ..self.parameters.0 },
             field: self.field.into(),
+            terrain: self.terrain.then_some(terrain_options),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         };

@@ -3,7 +3,7 @@
 use super::output::{duration, table, thousands};
 use crate::building::{LadderStep, Outcome, Reason};
 use crate::completeness::Count;
-use crate::report::{BuildingReport, Percentiles, Report, Revised};
+use crate::report::{BuildingReport, Percentiles, Report, Revised, TerrainReport};
 
 /// How many failed buildings the summary names; the report names all.
 const NAMED: usize = 10;
@@ -118,6 +118,7 @@ pub fn summary(report: &Report) -> String {
         let text = format!("{buildings} buildings: of {before:.0} m² missing or in excess {after:.0} m² are left");
         lines.push(("made again", text));
     }
+    lines.extend(report.terrain.as_ref().map(|terrain| ("terrain", terrain_line(terrain))));
     let mut cost = vec![duration(report.wall_seconds)];
     cost.extend(report.cpu_seconds.map(|cpu| format!("{} of processor time", duration(cpu))));
     cost.extend(report.peak_memory_bytes.map(|bytes| format!("{} MB", bytes.div_ceil(1_000_000))));
@@ -129,9 +130,19 @@ pub fn summary(report: &Report) -> String {
     out += &bad_tiles(report);
     out += &failed(report);
     if report.interrupted {
-        out += "interrupted: the buildings that were done are written, the others are missing\n";
+        out += "interrupted: what was done is written, the rest is missing\n";
     }
     out
+}
+
+/// The terrain in one line.
+fn terrain_line(terrain: &TerrainReport) -> String {
+    let number = |n: usize| thousands(n as u64);
+    let size = format!("{} triangles in {} tiles", number(terrain.triangles), number(terrain.tiles));
+    let fit = terrain.rmse.map(|rmse| format!(", RMSE {rmse:.3} m, {:.3} m at worst", terrain.largest));
+    let upright =
+        if terrain.upright > 0 { format!("; {} upright under walls", number(terrain.upright)) } else { String::new() };
+    size + &fit.unwrap_or_default() + &upright
 }
 
 /// How many warnings a line has room for.

@@ -19,7 +19,7 @@ const SAME: f64 = 1e3;
 ///
 /// Two features of one id are the same building if the boxes around them overlap, or one of them has no geometry. Of these
 /// the better one is kept: the one with the higher level of detail; of the same level, the one with the larger
-/// `gable_coverage`, then with more `gable_points`, then the one that comes first. If the boxes do not overlap they are
+/// `gable_coverage`, then with more `gable_points` (of terrain `gable_terrain_points`), then the one that comes first. If the boxes do not overlap they are
 /// different buildings: both are kept, and the later one gets another id.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Repeat {
@@ -74,7 +74,7 @@ impl Candidate {
             number,
             geometry: hasher.finish(),
             extent: feature.extent(),
-            rank: [lod, attribute("gable_coverage"), attribute("gable_points")],
+            rank: [lod, attribute("gable_coverage"), attribute("gable_points").max(attribute("gable_terrain_points"))],
         }
     }
 

@@ -41,7 +41,7 @@ pub struct Conversion {
     pub overwrite: bool,
     /// The CRS of the inputs, whatever they say.
     pub crs: Option<String>,
-    /// Only geometries of these levels of detail, such as `2.2`; empty for all.
+    /// Only geometries of these levels of detail, such as `2.2`, and terrain at whatever level it is; empty for all.
     pub lods: Vec<String>,
 }
 
@@ -125,8 +125,13 @@ pub fn convert(conversion: &Conversion, progress: &mut dyn FnMut(Progress)) -> R
         outdated.take(&mut model);
         let version = model.version.clone();
         if !lods.is_empty() {
-            for of_object in model.objects.iter_mut().map(|object| &mut object.geometries) {
+            for object in &mut model.objects {
+                let of_object = &mut object.geometries;
                 seen.extend(of_object.iter().map(|geometry| geometry.lod.clone()));
+                // Buildings stand in the terrain at whatever level of detail.
+                if object.kind == "TINRelief" && !of_object.iter().any(|geometry| lods.contains(&geometry.lod)) {
+                    continue;
+                }
                 of_object.retain(|geometry| lods.contains(&geometry.lod));
                 geometries += of_object.len();
             }

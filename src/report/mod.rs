@@ -7,6 +7,7 @@ mod building;
 mod clock;
 mod counts;
 mod quality;
+mod terrain;
 
 use std::path::Path;
 
@@ -24,6 +25,7 @@ pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
 pub use counts::{Counts, Verdict};
 pub use quality::{Percentiles, Quality, Revised};
+pub use terrain::TerrainReport;
 
 /// The report of a run.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -54,6 +56,8 @@ pub struct Report {
     pub counts: Counts,
     /// How good it is.
     pub quality: Quality,
+    /// The terrain around the buildings; absent where none was made.
+    pub terrain: Option<TerrainReport>,
     /// What each stage cost, in their order.
     pub stages: Vec<StageReport>,
     /// Wall time of the run in seconds.

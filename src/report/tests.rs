@@ -5,6 +5,7 @@ use crate::building::{Building, LadderStep, Measures, Outcome, Reason};
 use crate::network::FieldOptions;
 use crate::site::Frame;
 use crate::solid::{Model, Part, Solid};
+use crate::terrain::{Tally, TerrainOptions};
 
 fn building(outcome: Outcome, points: usize, parts: Vec<Part>) -> BuildingReport {
     let building = Building {
@@ -135,6 +136,7 @@ fn report() -> Report {
         field: FieldOptions::default(),
         segmentation: SegmentOptions::default(),
         quality: Quality::of(&buildings),
+        terrain: Some(TerrainReport::new(TerrainOptions::default(), 9, &Tally::default())),
         counts,
         stages: vec![StageReport { stage: Stage::Segment, wall_seconds: 0.5, cpu_seconds: Some(0.25) }],
         wall_seconds: 0.5,

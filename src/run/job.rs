@@ -13,6 +13,7 @@ use crate::segment::SegmentOptions;
 use crate::sink::PointCloud;
 use crate::source::footprints::{self, FootprintOptions};
 use crate::source::points::Placement;
+use crate::terrain::TerrainOptions;
 
 /// What is to be done. All but the tiles or points, the footprints and the output has a default.
 #[derive(Debug, Clone, Default)]
@@ -49,6 +50,8 @@ pub struct Job {
     pub parameters: Parameters,
     /// Which implicit field says how much each cell is inside.
     pub field: FieldOptions,
+    /// What the terrain around the buildings shall be like; `None` makes none.
+    pub terrain: Option<TerrainOptions>,
     /// What the model says of the point cloud.
     pub point_cloud: PointCloud,
     /// The command line, for the report.

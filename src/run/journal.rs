@@ -26,7 +26,8 @@ impl<'a> Journal<'a> {
     /// # Errors
     /// What `work` says, or [`Error::Interrupted`] when the run was stopped before the stage.
     pub fn stage<T>(&mut self, stage: Stage, total: u64, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
-        if self.observer.interrupted() && stage != Stage::Finish {
+        // These two write what is done.
+        if self.observer.interrupted() && !matches!(stage, Stage::Terrain | Stage::Finish) {
             return Err(Error::Interrupted);
         }
         let watch = Stopwatch::start(Scope::Process);

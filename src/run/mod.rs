@@ -1,8 +1,8 @@
 //! The driver: from files to a city model, over many buildings in parallel.
 //!
-//! [`run`] does a [`Job`] in four [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
-//! the points of each footprint, and reconstructs the buildings in parallel while writing them in the order of the
-//! footprints. It tells an [`Observer`] how far it is, and returns a [`Report`].
+//! [`run`] does a [`Job`] in [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
+//! the points of each footprint, reconstructs the buildings in parallel while writing them in the order of the
+//! footprints, and makes the terrain around them if the job asks for it. It tells an [`Observer`] how far it is, and returns a [`Report`].
 //!
 //! A run that is killed leaves what it has done in the folder `OUT.partial`; with [`Job::resume`] the next one goes on from
 //! there.
@@ -25,6 +25,7 @@ mod parts;
 mod plan;
 mod roofprints;
 mod single;
+mod terrain;
 mod tiles;
 mod write;
 
@@ -120,18 +121,19 @@ fn run_both(
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
     let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
-    let done = write::write(job, &plan, tasks, &pool, &mut journal, method, open)?;
+    let ground = plan.ground.take();
+    let done = write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?;
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
-    let exit_code = exit_code(&done.counts, &plan.inputs);
+    let exit_code = exit_code(&done.counts, &plan.inputs, done.lacks_terrain);
     let outputs = plan.outputs().map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
         command: job.command.iter().map(|word| footprints::redacted(word)).collect(),
         started,
-        interrupted: done.counts.not_reached > 0,
+        interrupted: done.counts.not_reached > 0 || done.lacks_terrain,
         exit_code,
         crs: plan.crs_report,
         inputs: plan.inputs,
@@ -140,6 +142,7 @@ fn run_both(
         segmentation: plan.segmentation.clone(),
         counts: done.counts,
         quality,
+        terrain: done.terrain,
         stages,
         wall_seconds: watch.wall().as_secs_f64(),
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
@@ -159,10 +162,11 @@ fn run_both(
     Ok(report)
 }
 
-/// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for.
-fn exit_code(counts: &Counts, inputs: &Inputs) -> u8 {
+/// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for, nor one whose terrain
+/// was cut short.
+fn exit_code(counts: &Counts, inputs: &Inputs, lacks_terrain: bool) -> u8 {
     match counts.verdict() {
-        Verdict::Complete if !inputs.is_whole() => Verdict::Partial,
+        Verdict::Complete if lacks_terrain || !inputs.is_whole() => Verdict::Partial,
         verdict => verdict,
     }
     .exit_code()

@@ -14,6 +14,8 @@ pub enum Stage {
     Segment,
     /// Reconstructs the buildings in parallel and writes them as they get done.
     Reconstruct,
+    /// Makes the terrain around the buildings, tile by tile in parallel, and writes it behind them.
+    Terrain,
     /// Completes the output file and gives it its name.
     Finish,
 }
@@ -25,6 +27,7 @@ impl Stage {
             Self::Read => "reading inputs",
             Self::Segment => "collecting points",
             Self::Reconstruct => "reconstructing",
+            Self::Terrain => "making the terrain",
             Self::Finish => "finishing the file",
         }
     }
@@ -35,6 +38,7 @@ impl Stage {
             Self::Read | Self::Finish => "file",
             Self::Segment => "point",
             Self::Reconstruct => "building",
+            Self::Terrain => "tile",
         }
     }
 }

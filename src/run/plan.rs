@@ -10,7 +10,7 @@ use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::single::{Look, StandIns};
-use super::{checkpoint, classes, output, roofprints, single, tiles};
+use super::{checkpoint, classes, output, roofprints, single, terrain, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
@@ -23,6 +23,7 @@ use crate::source::crs::Crs;
 use crate::source::footprints::{self, Footprint, FootprintLayer, FootprintOptions, Rejected, Within};
 use crate::source::points::{self, Extent, Tile, TileProblem};
 use crate::source::raster;
+use crate::terrain::GroundStore;
 
 /// So many names of attributes are shown in one warning.
 const SHOWN: usize = 10;
@@ -47,6 +48,8 @@ pub(super) struct Plan {
     pub segmentation: SegmentOptions,
     /// Whether the footprints stand in for those that there are not.
     has_stand_ins: bool,
+    /// Where the ground points wait for the terrain; `None` where there is to be none.
+    pub ground: Option<GroundStore>,
 }
 
 impl Plan {
@@ -78,8 +81,8 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             return Err(fault.remedy("Give another name with --report").into());
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
-        let terrain = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
-        let inputs = paths.iter().chain(&terrain).chain(&job.roofprints).map(PathBuf::as_path).chain(footprint_path);
+        let sheets = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
+        let inputs = paths.iter().chain(&sheets).chain(&job.roofprints).map(PathBuf::as_path).chain(footprint_path);
         output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
@@ -117,6 +120,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         if let Some(warning) = warning {
             journal.warn(&warning);
         }
+        let ground = terrain::store(job, model.as_deref(), &crs)?;
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let name =
             stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
@@ -155,6 +159,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             continues,
             segmentation,
             has_stand_ins,
+            ground,
         })
     })
 }
@@ -313,7 +318,8 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
                 (true, false) => segment_object,
                 (true, true) => segment_named,
             };
-            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &plan.segmentation, &progress))
+            let ground = plan.ground.as_ref();
+            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &plan.segmentation, &progress, ground))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;
     for warning in warnings {

@@ -9,12 +9,14 @@ use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
+use super::terrain;
 use crate::building::Building;
 use crate::error::{Error, Result};
-use crate::report::{BuildingReport, Counts};
-use crate::sink::{self, Encoder, Metadata, Sink};
+use crate::report::{BuildingReport, Counts, TerrainReport};
+use crate::sink::{self, Encoder, Feature, Metadata, Sink};
 use crate::site::{QUANTUM, Site};
 use crate::source::cityjson::Transform;
+use crate::terrain::{GroundStore, Outlines};
 
 /// Opens a sink of the caller.
 pub(super) type Open<'f, 'a> = Box<dyn FnOnce(&Metadata) -> Result<Box<dyn Sink + 'a>> + 'f>;
@@ -23,6 +25,10 @@ pub(super) type Open<'f, 'a> = Box<dyn FnOnce(&Metadata) -> Result<Box<dyn Sink 
 pub(super) struct Done {
     pub(super) counts: Counts,
     pub(super) buildings: Vec<BuildingReport>,
+    /// What the terrain came to, if there is one.
+    pub(super) terrain: Option<TerrainReport>,
+    /// Whether an interruption cost terrain.
+    pub(super) lacks_terrain: bool,
     /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
     pub(super) checkpoint: Option<Checkpoint>,
 }
@@ -37,7 +43,7 @@ pub(super) struct Done {
 pub(super) fn write(
     job: &Job,
     plan: &Plan,
-    tasks: Vec<Task>,
+    (tasks, ground): (Vec<Task>, Option<GroundStore>),
     pool: &ThreadPool,
     journal: &mut Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
@@ -46,8 +52,8 @@ pub(super) fn write(
     let head = metadata(job, plan, &tasks);
     let own = open.map(|open| open(&head)).transpose()?;
     let Some(model) = &plan.model else {
-        let (counts, buildings) = write_model(job, tasks, pool, journal, method, None, own.into_iter().collect())?;
-        return Ok(Done { counts, buildings, checkpoint: None });
+        let mut writer = Writer { job, plan, pool, sinks: own.into_iter().collect() };
+        return writer.write((tasks, ground), journal, method, None);
     };
     let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
     parameters["field"] = job.field.identity()?;
@@ -61,12 +67,12 @@ pub(super) fn write(
     }
     let overwrite = job.overwrite || plan.continues;
     let outcome = sink::create_in(Some(checkpoint.folder()), model, head, overwrite).and_then(|file| {
-        let sinks = std::iter::once(file).chain(own).collect();
-        write_model(job, tasks, pool, journal, method, Some(&checkpoint), sinks)
+        let mut writer = Writer { job, plan, pool, sinks: std::iter::once(file).chain(own).collect() };
+        writer.write((tasks, ground), journal, method, Some(&checkpoint))
     });
-    let is_whole = matches!(&outcome, Ok((counts, _)) if counts.not_reached == 0);
+    let is_whole = matches!(&outcome, Ok(done) if done.counts.not_reached == 0 && !done.lacks_terrain);
     if is_whole {
-        return outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: Some(checkpoint) });
+        return outcome.map(|done| Done { checkpoint: Some(checkpoint), ..done });
     }
     let folder = checkpoint.folder().display().to_string();
     drop(checkpoint);
@@ -77,40 +83,69 @@ pub(super) fn write(
         // Nothing is lost by its end, and whatever stopped the run is what the user must be told.
         _ => drop(std::fs::remove_dir_all(&folder)),
     }
-    outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: None })
+    outcome
 }
 
-/// Reconstructs and writes to all `sinks`.
-fn write_model(
-    job: &Job,
-    tasks: Vec<Task>,
-    pool: &ThreadPool,
-    journal: &mut Journal<'_>,
-    method: impl Fn(&Site) -> Building + Sync,
-    checkpoint: Option<&Checkpoint>,
-    mut sinks: Vec<Box<dyn Sink + '_>>,
-) -> Result<(Counts, Vec<BuildingReport>)> {
-    let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
-    let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, checkpoint, method, |building| {
-            let feature = encoder.feature(building);
-            sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
-        })
-    })?;
-    if counts.not_reached > 0 && counts.written == 0 {
-        return Err(Error::Interrupted);
-    }
-    journal.stage(Stage::Finish, 1, |journal| {
-        for sink in sinks {
-            let written = sink.finish()?;
-            for note in &written.notes {
-                journal.warn(&format!("{}: {note}", written.path.display()));
-            }
+/// Writes a model to all of its sinks.
+struct Writer<'a> {
+    job: &'a Job,
+    plan: &'a Plan,
+    pool: &'a ThreadPool,
+    sinks: Vec<Box<dyn Sink + 'a>>,
+}
+
+impl Writer<'_> {
+    /// Reconstructs, makes the terrain, and writes both.
+    fn write(
+        &mut self,
+        (tasks, ground): (Vec<Task>, Option<GroundStore>),
+        journal: &mut Journal<'_>,
+        method: impl Fn(&Site) -> Building + Sync,
+        checkpoint: Option<&Checkpoint>,
+    ) -> Result<Done> {
+        let Self { job, plan, pool, sinks } = self;
+        let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+        let mut outlines = ground.is_some().then(Outlines::default);
+        let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
+            reconstruct_all(tasks, pool, journal, checkpoint, method, |building| {
+                if let Some(outlines) = &mut outlines {
+                    outlines.add(building);
+                }
+                let feature = encoder.feature(building);
+                sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
+            })
+        })?;
+        if counts.not_reached > 0 && counts.written == 0 {
+            return Err(Error::Interrupted);
         }
-        journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
-        Ok(())
-    })?;
-    Ok((counts, buildings))
+        let terrain = match (ground, outlines) {
+            (Some(store), Some(outlines)) if !journal.interrupted() => {
+                let terrain = terrain::lay(job, plan, (store, outlines), journal)?;
+                let mut write = |feature: &mut Feature| {
+                    encoder.rename(feature);
+                    sinks.iter_mut().try_for_each(|sink| sink.write(feature))
+                };
+                Some(terrain::write(&terrain, pool, journal, &mut write)?)
+            }
+            (Some(_), _) => {
+                journal.warn("the run was interrupted before the terrain was made: the model has none");
+                None
+            }
+            _ => None,
+        };
+        journal.stage(Stage::Finish, 1, |journal| {
+            for sink in std::mem::take(sinks) {
+                let written = sink.finish()?;
+                for note in &written.notes {
+                    journal.warn(&format!("{}: {note}", written.path.display()));
+                }
+            }
+            journal.event(Event::Advanced { stage: Stage::Finish, by: 1 });
+            Ok(())
+        })?;
+        let lacks_terrain = job.terrain.is_some() && terrain.as_ref().is_none_or(|terrain| terrain.not_reached > 0);
+        Ok(Done { counts, buildings, terrain, lacks_terrain, checkpoint: None })
+    }
 }
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.

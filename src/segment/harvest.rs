@@ -9,7 +9,8 @@ use super::outside::Outside;
 use super::thinned::{Choice, Thinned};
 use super::unused::Unused;
 use crate::error::Result;
-use crate::source::points::{Block, Extent, Tile, TileProblem};
+use crate::source::points::{Block, Extent, Region, Tile, TileProblem};
+use crate::terrain::{Collector, GroundStore};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -107,13 +108,14 @@ impl Harvest {
         roles: &Roles,
         naming: &Naming,
         metres_per_unit: [f64; 3],
-        progress: &(dyn Fn(u64) + Sync),
+        (progress, terrain): (&(dyn Fn(u64) + Sync), Option<&GroundStore>),
     ) -> Result<Self> {
         let mut harvest = Self::new(metres_per_unit);
         let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
         let named = naming.table(tile);
         // A point that names its building may lie anywhere.
-        if named.is_empty() && tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent() {
+        let is_passed_over = named.is_empty() && tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent();
+        if is_passed_over && terrain.is_none() {
             harvest.counts.passed_over = tile.points;
             harvest.extents.extend(tile.areas());
             progress(tile.points);
@@ -126,7 +128,9 @@ impl Harvest {
         let mut by_class = [0_u64; 256];
         let mut lookup = all.lookup();
         let wanted = |low: [f64; 2], high: [f64; 2]| all.is_wanted(low, high);
-        let reading = tile.stream(Some(&wanted), &mut |block: &Block| {
+        let region: Option<&Region> = if terrain.is_some() { None } else { Some(&wanted) };
+        let mut collector = terrain.map(GroundStore::collector);
+        let reading = tile.stream(region, &mut |block: &Block| {
             for point in block.points() {
                 seen.grow(point.position);
                 outside.see(point.position);
@@ -151,6 +155,9 @@ impl Harvest {
                     }
                 }
                 if !is_flagged && !role.noise {
+                    if let Some(collector) = &mut collector {
+                        collector.add(position, role.ground);
+                    }
                     let building = point.building.map(|place| named.get(place as usize).copied().flatten());
                     if let Some(building) = building.filter(|_| role.building) {
                         match building {
@@ -196,6 +203,7 @@ impl Harvest {
             told += block.len() as u64;
             progress(block.len() as u64);
         })?;
+        collector.map_or(Ok(()), Collector::finish)?;
         progress(tile.points.saturating_sub(told));
         harvest.counts.read = reading.read;
         harvest.counts.passed_over = reading.passed_over;

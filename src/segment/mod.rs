@@ -31,6 +31,7 @@ use crate::site::{Coverage, Eaves, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
+use crate::terrain::GroundStore;
 use geo::MultiPolygon;
 use harvest::{Harvest, Roles};
 use nalgebra::Point3;
@@ -58,20 +59,23 @@ pub struct Segmentation {
 /// last told, from any thread, and gets to the sum of [`Tile::points`].
 ///
 /// Points outside the footprint, under the eaves' overhang too, are not building points: the footprint is where the
-/// model stands. Where the outline of its roof is known, those under it are the [eaves](Site::eaves). Only points that name their building ([`Tile::buildings`]) are given to its footprint wherever they lie.
-/// Tiles are read on the threads of the current rayon pool.
+/// model stands. Where the outline of its roof is known, those under it are the [eaves](Site::eaves). Only points that
+/// name their building ([`Tile::buildings`]) are given to its footprint wherever they lie.
+/// Tiles are read on the threads of the current rayon pool. All ground points go to `terrain` as well, if there is one; then
+/// no part of a tile is passed over.
 ///
 /// # Errors
 /// An option is out of range; the CRS is geographic; no tile holds a point; no footprint lies in or near any tile; the
-/// building classes do not occur; a tile can no longer be opened.
+/// building classes do not occur; a tile can no longer be opened; what is kept for the terrain cannot be written.
 pub fn segment(
     tiles: &[Tile],
     footprints: Vec<Footprint>,
     crs: &Crs,
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::Outlines, progress)
+    join(tiles, footprints, crs, options, Meaning::Outlines, progress, terrain)
 }
 
 /// The same for an object without a footprint: the polygon that stands in for it is only where it stands, and says nothing of
@@ -85,8 +89,9 @@ pub fn segment_object(
     crs: &Crs,
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::Places, progress)
+    join(tiles, footprints, crs, options, Meaning::Places, progress, terrain)
 }
 
 /// The same for tiles whose points all name their building, or belong to none: the footprints are only where the buildings
@@ -100,8 +105,9 @@ pub fn segment_named(
     crs: &Crs,
     options: &SegmentOptions,
     progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress)
+    join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress, terrain)
 }
 
 /// What footprints are.
@@ -122,6 +128,7 @@ fn join(
     options: &SegmentOptions,
     meaning: Meaning,
     progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
     refuse::options(options)?;
     refuse::geographic(crs)?;
@@ -139,7 +146,7 @@ fn join(
     }
     let mut harvest = tiles
         .par_iter()
-        .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, progress))
+        .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, (progress, terrain)))
         .try_reduce(
             || Harvest::new(crs.metres_per_unit),
             |mut a, b| {

@@ -98,6 +98,18 @@ impl Encoder {
     }
 }
 
+impl Encoder {
+    /// Gives a feature of one object another id where its own is taken.
+    pub fn rename(&mut self, feature: &mut Feature) {
+        while !self.ids.take(&feature.id) {
+            feature.id.push('_');
+        }
+        if let Some(root) = feature.objects.first_mut() {
+            root.id.clone_from(&feature.id);
+        }
+    }
+}
+
 /// The vertices of a feature in the order of their first use, each once.
 struct Vertices {
     /// The building's origin in steps.

@@ -1,6 +1,6 @@
 //! The names of the codes.
 
-/// val3dity's name of a code, or gable's of one of its own (801 to 808).
+/// val3dity's name of a code, or gable's of one of its own (801 to 810).
 pub fn name(code: u16) -> &'static str {
     match code {
         101 => "TOO_FEW_POINTS",
@@ -37,6 +37,8 @@ pub fn name(code: u16) -> &'static str {
         806 => "HEIGHT_ATTRIBUTE_DISAGREES",
         807 => "VOLUME_ATTRIBUTE_DISAGREES",
         808 => "SURFACE_ATTRIBUTE_DISAGREES",
+        809 => "RELIEF_FACING_DOWN",
+        810 => "RELIEF_NOT_TRIANGULATED",
         901 => "INVALID_INPUT_FILE",
         902 => "EMPTY_PRIMITIVE",
         _ => "UNKNOWN_ERROR",

@@ -7,7 +7,8 @@
 //! - [`solid`]: 401 to 405 — the shells of a solid together;
 //! - [`composite`]: 501 to 503 and 601 — solids together;
 //! - [`semantics`]: 801 to 805 — whether the labels of the faces say what the faces are. These codes are gable's own, as
-//!   are 806 to 808, with which the [audit](crate::audit) of a file says that attributes do not fit the geometry.
+//!   are 806 to 808, with which the [audit](crate::audit) of a file says that attributes do not fit the geometry;
+//! - [`relief`]: 809 and 810 — whether the faces of a terrain are triangles that look up, gable's own too.
 //!
 //! Topology is decided by the signs of integer determinants in `i128`, exact for coordinates below 2⁴⁰ grid steps;
 //! only the distances and angles that are compared with a [tolerance](Tolerances) are in floating point. Unlike val3dity,
@@ -25,6 +26,7 @@ mod interiors;
 mod overlap;
 pub mod polygon;
 mod predicates;
+pub mod relief;
 pub mod ring;
 pub mod semantics;
 pub mod shell;

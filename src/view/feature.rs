@@ -12,6 +12,8 @@ use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind, Sem
 
 /// The edge between two faces that turn by less is not drawn: they are one plane, cut for the triangles' sake.
 const FLAT: f64 = 0.999_8;
+/// The same of the triangles of a terrain, which are edges all over: those of banks and walls are drawn (about 15°).
+const FLAT_GROUND: f64 = 0.966;
 
 /// A top-level object with its children.
 #[derive(Debug)]
@@ -69,7 +71,7 @@ impl<'a> Feature<'a> {
             for (geometry, g) in object.geometries.iter().zip(0..) {
                 let first = feature.faces.len();
                 feature.add(geometry, (o, g), &mut welded);
-                feature.choose_edges(first);
+                feature.choose_edges(first, object.kind == "TINRelief");
             }
         }
         feature
@@ -102,8 +104,8 @@ impl<'a> Feature<'a> {
     }
 
     /// Of the faces from the `first` on, the faces of a geometry: an edge is drawn once, and not between two that are one
-    /// plane and one kind of surface.
-    fn choose_edges(&mut self, first: usize) {
+    /// plane and one kind of surface. The border of a terrain is none: it goes on in the next one, or there is a wall.
+    fn choose_edges(&mut self, first: usize, is_terrain: bool) {
         let Some(faces) = self.faces.get(first..) else { return };
         let normal = |face: &Face| {
             let exterior = self.points(face.rings.get(..1).unwrap_or_default());
@@ -123,9 +125,9 @@ impl<'a> Feature<'a> {
                 let is_inner = match faces[..] {
                     [a, b] => {
                         let turn = normals.get(a).zip(normals.get(b)).map_or(0.0, |(a, b)| a.dot(b));
-                        turn > FLAT && label(a) == label(b)
+                        turn > if is_terrain { FLAT_GROUND } else { FLAT } && label(a) == label(b)
                     }
-                    _ => false,
+                    _ => is_terrain,
                 };
                 (edge, !is_inner)
             })

@@ -29,6 +29,7 @@ use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, SemanticSurface};
 use crate::source::crs::Crs;
 use crate::source::points::TileProblem;
+use crate::terrain;
 
 /// Steps of the coordinates of the page per metre.
 pub(super) const STEPS_PER_METRE: f64 = 1000.0;
@@ -193,6 +194,8 @@ pub(super) struct Payload {
     known_surfaces: HashMap<String, usize>,
     /// Smallest and largest x and y of each feature with geometry, local metres.
     boxes: Vec<[[f64; 2]; 2]>,
+    /// The same of terrain, which counts where there is nothing else.
+    terrain_boxes: Vec<[[f64; 2]; 2]>,
     last: [i64; 3],
 }
 
@@ -207,7 +210,16 @@ impl Payload {
             ..Head::default()
         };
         let (columns, contents) = (Columns::default(), Contents::default());
-        Self { frame, head, columns, contents, known_surfaces: HashMap::new(), boxes: Vec::new(), last: [0; 3] }
+        Self {
+            frame,
+            head,
+            columns,
+            contents,
+            known_surfaces: HashMap::new(),
+            boxes: Vec::new(),
+            terrain_boxes: Vec::new(),
+            last: [0; 3],
+        }
     }
 
     /// Whether there is no feature.
@@ -230,7 +242,8 @@ impl Payload {
         for face in &feature.faces {
             self.add_face(face);
         }
-        self.boxes.extend(feature.extent());
+        let boxes = if top.kind == "TINRelief" { &mut self.terrain_boxes } else { &mut self.boxes };
+        boxes.extend(feature.extent());
         self.head.objects.extend(group.iter().map(|object| Object {
             id: object.id.clone(),
             kind: object.kind.clone(),
@@ -302,8 +315,9 @@ impl Payload {
         self.head.crs = crs.map(ToString::to_string);
         self.head.faults = found.dataset_errors.iter().map(Fault::of_file).collect();
         self.contents.unreadable = found.dataset_errors.len();
-        let known = ATTRIBUTES.iter().map(|a| Known { name: a.name, unit: a.unit, meaning: a.meaning });
-        self.head.attributes = known.collect();
+        let of_buildings = ATTRIBUTES.iter().map(|a| Known { name: a.name, unit: a.unit, meaning: a.meaning });
+        let of_terrain = terrain::ATTRIBUTES.iter().map(|&(name, unit, meaning)| Known { name, unit, meaning });
+        self.head.attributes = of_buildings.chain(of_terrain).collect();
     }
 
     /// The points of the tiles around the features.
@@ -314,7 +328,8 @@ impl Payload {
         if options.tiles.is_empty() {
             return Ok(Vec::new());
         }
-        let cloud = cloud::sample(&options.tiles, options.most_points, &self.boxes, (&self.frame, crs))?;
+        let boxes = if self.boxes.is_empty() { &self.terrain_boxes } else { &self.boxes };
+        let cloud = cloud::sample(&options.tiles, options.most_points, boxes, (&self.frame, crs))?;
         let mut last = [0; 3];
         for (place, class) in &cloud.points {
             self.columns.points.push_place(*place, &mut last);

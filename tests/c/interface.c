@@ -96,7 +96,7 @@ static int on_line(const char *line, size_t length, void *user_data) {
 
 static int on_progress(gable_stage stage, uint64_t done, uint64_t total, void *user_data) {
     struct listener *listener = user_data;
-    CHECK(stage >= GABLE_STAGE_READ && stage <= GABLE_STAGE_FINISH && done <= total);
+    CHECK(stage >= GABLE_STAGE_READ && stage <= GABLE_STAGE_TERRAIN && done <= total);
     listener->calls++;
     return listener->stop;
 }

@@ -31,6 +31,7 @@ mod secrets;
 mod simulate;
 mod standing;
 mod streams;
+mod terrain;
 mod told;
 mod trial;
 mod validate;

@@ -1,6 +1,6 @@
 //! Structures whose fields are options.
 //!
-//! A new field of [`Parameters`], [`SegmentOptions`] or [`FieldOptions`] becomes an option of `writers.lod2` without a
+//! A new field of [`Parameters`], [`SegmentOptions`], [`TerrainOptions`] or [`FieldOptions`] becomes an option of `writers.lod2` without a
 //! line here, and a flag of `gable reconstruct`: its name is the option, its documentation the help, its default the
 //! default, its type and range decide what is accepted. Fields of nested structures are options like all others.
 
@@ -14,6 +14,7 @@ use crate::completeness::Limits;
 use crate::network::FieldOptions;
 use crate::reconstruct::Parameters;
 use crate::segment::SegmentOptions;
+use crate::terrain::TerrainOptions;
 
 /// A structure whose fields are options.
 pub trait Tunable: Clone + Default + Serialize + DeserializeOwned + JsonSchema {
@@ -85,6 +86,13 @@ impl Tunable for FieldOptions {
     const HEADING: &'static str = "Field";
     const ELSEWHERE: &'static [&'static str] = &[];
     const LIMITS: &'static [(&'static str, [f64; 2])] = &[];
+}
+
+impl Tunable for TerrainOptions {
+    const HEADING: &'static str = "Terrain";
+    const ELSEWHERE: &'static [&'static str] = &[];
+    const LIMITS: &'static [(&'static str, [f64; 2])] =
+        &[("terrain_error", [0.01, 100.0]), ("terrain_tile", [20.0, 2000.0]), ("terrain_gap", [2.0, 200.0])];
 }
 
 /// One field.
@@ -180,6 +188,7 @@ mod tests {
         let mut names = check::<Parameters>();
         names.extend(check::<SegmentOptions>());
         names.extend(check::<FieldOptions>());
+        names.extend(check::<TerrainOptions>());
         let count = names.len();
         names.sort();
         names.dedup();

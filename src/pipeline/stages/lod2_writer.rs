@@ -19,6 +19,7 @@ use crate::run::{self, Feed, FootprintSource, Job};
 use crate::segment::SegmentOptions;
 use crate::source::crs::Crs;
 use crate::source::points::{ScanPoint, Unit, UpAxis};
+use crate::terrain::TerrainOptions;
 
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
@@ -85,6 +86,10 @@ fn options() -> Vec<OptionSpec> {
             .map(u8::to_string)
             .collect::<Vec<_>>()
             .join(",")),
+        switch(
+            "terrain",
+            "Write the terrain around the buildings too: a TIN of the ground points, which the buildings stand in",
+        ),
         text("point_cloud_source", "Name of the point cloud, such as AHN3; an attribute of every building"),
         text(
             "point_cloud_date",
@@ -102,6 +107,7 @@ fn options() -> Vec<OptionSpec> {
     options.extend(tunings::<FieldOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<SegmentOptions>().into_iter().map(OptionSpec::from));
     options.extend(tunings::<Parameters>().into_iter().map(OptionSpec::from));
+    options.extend(tunings::<TerrainOptions>().into_iter().map(OptionSpec::from));
     options
 }
 

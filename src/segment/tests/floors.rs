@@ -137,7 +137,7 @@ fn a_terrain_model_goes_before_the_points_in_whatever_system_it_comes() {
     let tiles = [Tile::open(&cloud.tiles[0]).unwrap()];
     let crs = Crs::parse("EPSG:7415").unwrap();
     let path = cloud.folder.path().join("dtm.tif");
-    let run = |options: &SegmentOptions| segment(&tiles, houses.clone(), &crs, options, &|_| {});
+    let run = |options: &SegmentOptions| segment(&tiles, houses.clone(), &crs, options, &|_| {}, None);
     let options = SegmentOptions { dtm: Some(path.clone()), ..SegmentOptions::default() };
     // 10 % downwards to the north, and nothing under the last house.
     let (x, y) = (east + 1000.0, north + 5000.0);

@@ -83,7 +83,7 @@ impl Cloud {
         let progress = |n: u64| {
             done.fetch_add(n, Ordering::Relaxed);
         };
-        let result = segment(&tiles, footprints.to_vec(), &crs(1.0), options, &progress);
+        let result = segment(&tiles, footprints.to_vec(), &crs(1.0), options, &progress, None);
         if result.is_ok() {
             assert_eq!(done.into_inner(), tiles.iter().map(|tile| tile.points).sum::<u64>());
         }
@@ -180,7 +180,7 @@ fn a_foot_is_not_a_metre() {
     let footprints: Vec<_> = footprints.iter().map(|f| footprint(&f.id, scaled(&f.polygon))).collect();
     let cloud = Cloud::new().tile("a.laz", Style { scale: 0.0001, ..Style::default() }, &feet);
     let tiles = [Tile::open(&cloud.tiles[0]).unwrap()];
-    let found = segment(&tiles, footprints, &crs(per_foot), &SegmentOptions::default(), &|_| {}).unwrap();
+    let found = segment(&tiles, footprints, &crs(per_foot), &SegmentOptions::default(), &|_| {}, None).unwrap();
     let low = &found.sites[0];
     assert!((low.ground.height - 1.02).abs() < 0.006, "{:?}", low.ground);
     let (x, y) = low.points.iter().fold((0.0_f64, 0.0_f64), |(x, y), p| (x.max(p.x), y.max(p.y)));
@@ -262,7 +262,7 @@ fn what_cannot_be_segmented_is_refused_with_a_reason() {
         assert!(cloud.segment(&footprints, &bad).unwrap_err().to_string().contains(name));
     }
     let degrees = Crs { is_geographic: true, ..crs(1.0) };
-    let error = segment(&[], footprints, &degrees, &options, &|_| {}).unwrap_err().to_string();
+    let error = segment(&[], footprints, &degrees, &options, &|_| {}, None).unwrap_err().to_string();
     assert!(error.contains("expected a projected CRS"), "{error}");
 }
 

@@ -36,9 +36,9 @@ fn a_name_goes_before_the_place() {
         ]
     };
     let options = SegmentOptions::default();
-    let found = segment(&tiles(), houses(), &crs(1.0), &options, &|_| {}).unwrap();
+    let found = segment(&tiles(), houses(), &crs(1.0), &options, &|_| {}, None).unwrap();
     assert_eq!(places(&found), [vec![1.0, 900.0], vec![2.0]]);
     assert_eq!((found.counts.read, found.counts.kept, found.counts.dropped.unknown_building), (5, 3, 1));
-    let named = segment_named(&tiles(), houses(), &crs(1.0), &options, &|_| {}).unwrap();
+    let named = segment_named(&tiles(), houses(), &crs(1.0), &options, &|_| {}, None).unwrap();
     assert_eq!(places(&named), [vec![900.0], vec![2.0]]);
 }

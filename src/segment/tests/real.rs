@@ -30,7 +30,7 @@ fn delft_gives_what_a_plain_count_gives() {
     let Some(folder) = shared("delft-quickstart") else { return };
     let footprints = geojson_footprints(&folder.join("footprints.geojson"), "id");
     let tile = Tile::open(folder.join("delft_ahn3.laz")).unwrap();
-    let found = segment(&[tile], footprints.clone(), &crs(1.0), &SegmentOptions::default(), &|_| {}).unwrap();
+    let found = segment(&[tile], footprints.clone(), &crs(1.0), &SegmentOptions::default(), &|_| {}, None).unwrap();
     assert_eq!(found.sites.len(), 71);
     assert_eq!(found.counts.read, 141_577);
     assert_eq!(
@@ -80,7 +80,7 @@ fn amsterdam_reports_what_the_tile_edge_cuts() {
     let id = if text.contains("\"identificatie\"") { "identificatie" } else { "id" };
     let footprints = geojson_footprints(&folder.join("footprints.geojson"), id);
     let tiles = ["ahn_2386_9702.laz", "ahn_2397_9705.laz"].map(|name| Tile::open(folder.join(name)).unwrap());
-    let found = segment(&tiles, footprints, &crs(1.0), &SegmentOptions::default(), &|_| {}).unwrap();
+    let found = segment(&tiles, footprints, &crs(1.0), &SegmentOptions::default(), &|_| {}, None).unwrap();
     for site in &found.sites {
         println!("{} {} points, {:?}, {:?}", site.id, site.points.len(), site.ground, site.coverage);
     }

@@ -51,7 +51,7 @@ pub fn read_tile(path: &Path, options: &RealOptions, held_back: bool) -> Result<
     let (crs, _, mut warnings) = agree_on_crs(tiles, options.crs.as_deref(), layer.crs.as_ref())?;
     warnings.extend(layer.reproject(&crs)?);
     layer.reject_giants(&crs);
-    let found = segment(tiles, layer.footprints, &crs, &options.segmentation, &|_| ())?;
+    let found = segment(tiles, layer.footprints, &crs, &options.segmentation, &|_| (), None)?;
     warnings.extend(found.problems.iter().map(ToString::to_string));
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let tile: Arc<str> = name.as_str().into();

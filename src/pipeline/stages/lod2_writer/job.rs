@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{InputError, Result};
 use crate::network::FieldOptions;
-use crate::pipeline::options::{Tunable, Values, tuned};
+use crate::pipeline::options::{Tunable, Values, tuned, tunings};
 use crate::pipeline::source::crs_of;
 use crate::reconstruct::{Levels, Parameters};
 use crate::run::{self, FootprintSource, Job};
@@ -13,6 +13,7 @@ use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{Format, PointCloud};
 use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
+use crate::terrain::TerrainOptions;
 
 /// The job without its points.
 ///
@@ -69,11 +70,25 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         segmentation,
         parameters,
         field: structure::<FieldOptions>(values)?,
+        terrain: terrain(values)?,
         point_cloud: PointCloud { source: given("point_cloud_source"), date },
         ..Job::default()
     };
     job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
     Ok(job)
+}
+
+/// What the terrain shall be like, if there is to be one.
+fn terrain(values: &Values) -> Result<Option<TerrainOptions>, InputError> {
+    let options = structure::<TerrainOptions>(values)?;
+    if values.is_on("terrain") {
+        return Ok(Some(options));
+    }
+    let needless = tunings::<TerrainOptions>().into_iter().find(|tuning| values.is_given(&tuning.name));
+    match needless {
+        Some(tuning) => Err(values.place().fault(format!("`{}` without `terrain`", tuning.name), "`terrain`")),
+        None => Ok(None),
+    }
 }
 
 /// How coordinates without a CRS are meant.

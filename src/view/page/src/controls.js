@@ -69,7 +69,7 @@ export function makeColourings(model, state, all, { node, select, row, reason })
 
 /** Makes the switch of the levels of detail. */
 export function makeLods(model, state, node, note) {
-  const choices = [-1, ...model.lods.map((_, lod) => lod)];
+  const choices = [-1, ...model.choices()];
   const name = (lod) => (lod === -1 ? 'Best' : model.lods[lod] || 'no LoD');
   const title = (lod) => (lod === -1 ? 'The best level of detail of each building' : lodName(model.lods[lod]));
   const buttons = choices.map((lod) =>

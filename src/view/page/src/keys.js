@@ -34,7 +34,7 @@ export function fillHelp(dialog) {
     element(
       'p',
       {},
-      'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model.',
+      'Where the model has no terrain, ground is drawn for the eye, from the lower edges of the buildings.',
     ),
     element('form', { method: 'dialog' }, element('button', {}, 'Close')),
   );

@@ -100,6 +100,7 @@ export class Model {
       id: top.id,
       kind: top.type,
       isBuilding: top.type === 'Building' || top.type === 'BuildingPart',
+      isTerrain: top.type === 'TINRelief',
       attributes: top.attributes,
       firstObject,
       endObject: firstObject + packed.objects,
@@ -153,7 +154,8 @@ export class Model {
         }
         // A footprint is no more to be seen where there is a solid on it.
         const isBest = lod === best[object] && !(isFlat(this.lods[lod]) && !isFlat(this.lods[feature.best]));
-        this.runs.push({ lod, isBest, start, end: face });
+        // Buildings stand in the terrain at any level of detail.
+        this.runs.push({ lod, isBest, isAlways: feature.isTerrain && isBest, start, end: face });
       }
       feature.endRun = this.runs.length;
     });
@@ -174,7 +176,15 @@ export class Model {
 
   /** Whether a run is shown at a level of detail; -1 is the best of each object. */
   isShown(run, lod) {
-    return lod === -1 ? run.isBest : run.lod === lod;
+    return lod === -1 || run.isAlways ? run.isBest : run.lod === lod;
+  }
+
+  /** The levels of detail between which there is a choice: those that more than the terrain has. */
+  choices() {
+    const has = (lod) => this.features.some((feature) => !feature.isTerrain && this.lodOf(feature, lod) === lod);
+    const all = this.lods.map((_, lod) => lod);
+    const some = all.filter(has);
+    return some.length > 0 ? some : all;
   }
 
   /** The level of detail that a feature is shown at, -1 when it has none there. */
