@@ -9,11 +9,11 @@ const HELP = [
   ['click', 'attributes of a building and of the face; double click flies to it'],
   ['arrow keys', 'move; with Shift turn'],
   ['+  −', 'nearer, farther'],
-  ['1 – 7', 'colour by semantics, RMSE, confidence, roof type, ladder step, validity, completeness'],
+  ['1 – 9', 'colour by semantics, RMSE, confidence, roof type, ladder step, validity, completeness, height, volume'],
   ['F   O', 'show all; from above'],
   ['L', 'next level of detail'],
   ['P', 'points'],
-  ['N   B', 'next, previous fault or failure'],
+  ['N   B', 'next, previous building with a fault or failure'],
   ['/', 'find an id'],
   ['D   M', 'dark or light; panel'],
   ['Esc', 'close, select nothing, take the filter away'],
@@ -34,7 +34,7 @@ export function fillHelp(dialog) {
     element(
       'p',
       {},
-      'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model.',
+      'The ground is drawn for the eye, from the lower edges of the buildings; it is no part of the model and covers none of it.',
     ),
     element('form', { method: 'dialog' }, element('button', {}, 'Close')),
   );

@@ -10,7 +10,6 @@ import {
   LineBasicMaterial,
   LineSegments,
   Mesh,
-  MeshBasicMaterial,
   MeshLambertMaterial,
   PCFShadowMap,
   PerspectiveCamera,
@@ -21,11 +20,30 @@ import {
   WebGLRenderer,
 } from 'three';
 import { groundMesh } from './ground.js';
+import { Marks } from './marks.js';
 import { toLinear } from './palette.js';
 
 const THEMES = {
-  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.34, sky: 2.2, sun: 1.9, mark: '#d4178f' },
-  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.6, sky: 1.75, sun: 1.8, mark: '#ff5cc0' },
+  light: {
+    back: '#eef1f4',
+    ground: '#ffffff',
+    edge: '#20242a',
+    shadow: 0.34,
+    sky: 2.2,
+    sun: 1.9,
+    mark: '#d4178f',
+    around: '#ffffff',
+  },
+  dark: {
+    back: '#15181c',
+    ground: '#262b31',
+    edge: '#07090b',
+    shadow: 0.6,
+    sky: 1.75,
+    sun: 1.8,
+    mark: '#ff5cc0',
+    around: '#0b0d10',
+  },
 };
 
 /** From the model to the sun, which stands in the south-west. */
@@ -80,10 +98,8 @@ export class View {
     this.faces = new Mesh(this.solid, material);
     Object.assign(this.faces, { frustumCulled: false, castShadow: true, receiveShadow: true });
     this.lines = this.overlayLines(new Uint32Array(model.edges.length), { transparent: true, opacity: 0.6 });
-    this.marked = this.overlayFaces({ transparent: true, opacity: 0.3, depthWrite: false });
-    this.markedFace = this.overlayFaces({ transparent: true, opacity: 0.55, depthWrite: false });
-    this.markedLines = this.overlayLines(new Uint32Array(0), { depthTest: true });
-    this.scene.add(this.faces, this.lines, this.marked, this.markedFace, this.markedLines);
+    this.marks = new Marks(model.positions);
+    this.scene.add(this.faces, this.lines, this.marks.group);
   }
 
   overlayLines(index, options) {
@@ -93,15 +109,6 @@ export class View {
     const lines = new LineSegments(geometry, new LineBasicMaterial(options));
     lines.frustumCulled = false;
     return lines;
-  }
-
-  overlayFaces(options) {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.position);
-    geometry.setIndex(new BufferAttribute(new Uint32Array(0), 1));
-    const mesh = new Mesh(geometry, new MeshBasicMaterial({ side: DoubleSide, ...options }));
-    mesh.frustumCulled = false;
-    return mesh;
   }
 
   makePoints() {
@@ -141,8 +148,7 @@ export class View {
     this.sky.intensity = theme.sky;
     this.sun.intensity = theme.sun;
     this.lines.material.color.set(theme.edge);
-    [this.marked, this.markedFace].forEach((mesh) => mesh.material.color.set(theme.mark));
-    this.markedLines.material.color.set(theme.mark);
+    this.marks.setTheme(theme);
     this.ground?.setTheme(theme);
     this.invalidate();
   }
@@ -211,19 +217,13 @@ export class View {
     this.invalidate();
   }
 
-  /** Marks faces `[start, end)` runs of a feature, and one face of them. */
+  /** Marks the edges of faces `[start, end)` runs of a feature, and the outline of one face of them. */
   mark(runs, face) {
     const { model } = this;
-    const joined = (of, starts) => {
-      const parts = runs.map(({ start, end }) => of.subarray(starts[start], starts[end]));
-      const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
-      parts.reduce((at, part) => (all.set(part, at), at + part.length), 0);
-      return all;
-    };
-    this.marked.geometry.setIndex(new BufferAttribute(joined(model.triangles, model.faceTriangle), 1));
-    this.markedLines.geometry.setIndex(new BufferAttribute(joined(model.edges, model.faceEdge), 1));
-    const own = face < 0 ? [] : model.triangles.subarray(model.faceTriangle[face], model.faceTriangle[face + 1]);
-    this.markedFace.geometry.setIndex(new BufferAttribute(Uint32Array.from(own), 1));
+    const edges = runs.flatMap(({ start, end }) => [
+      ...model.edges.subarray(model.faceEdge[start], model.faceEdge[end]),
+    ]);
+    this.marks.show(edges, face < 0 ? [] : model.outline(face));
     this.invalidate();
   }
 
