@@ -56,6 +56,7 @@ export function byAttribute(model, name) {
   const base = {
     key: `attribute:${name}`,
     name: known?.title ?? name,
+    title: known ? known.meaning.charAt(0).toUpperCase() + known.meaning.slice(1) : undefined,
     attribute: name,
     reason: null,
     scope: 'feature',

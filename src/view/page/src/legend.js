@@ -32,16 +32,10 @@ const FIGURES = {
 /** Fills the legend of the colouring that is chosen. */
 export function showLegend(model, state, node) {
   const { colouring } = state;
-  if (
-    colouring.key === 'semantics' ||
-    (colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature)
-  ) {
-    refill(node, faceLegend(model, state));
-  } else if (colouring.kind === 'categories') {
-    refill(node, featureLegend(model, state));
-  } else {
-    refill(node, histogram(model, state));
-  }
+  const isOfFaces = colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature;
+  const make = isOfFaces ? faceLegend : colouring.kind === 'categories' ? featureLegend : histogram;
+  const meaning = colouring.title ? element('p', { class: 'note meaning' }, `${colouring.title}.`) : null;
+  refill(node, meaning, make(model, state));
 }
 
 const entryOf = (colour, name, count) => [
