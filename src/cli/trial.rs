@@ -13,8 +13,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
 use super::Outcome;
+use super::making::threads;
 use super::output::{duration, print, say};
-use super::reconstruct::threads;
 use crate::error::{Error, InputError, Result};
 use crate::network::{Field, FieldOptions, NetworkFile};
 use crate::reconstruct::Parameters;

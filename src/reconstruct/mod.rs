@@ -30,6 +30,7 @@ mod rounds;
 pub(crate) mod semantics;
 mod standing;
 mod stepped;
+mod steps;
 pub mod surface;
 mod unmodelled;
 
@@ -39,6 +40,7 @@ pub use hypotheses::{Hypotheses, StrayWall};
 pub use levels::{Level, Levels};
 pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
+pub use steps::{Asked, Cut, Partitioning, Steps, Surfaced};
 
 use std::borrow::Cow;
 
@@ -63,17 +65,41 @@ use surface::{Labelled, SurfaceParameters};
 /// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
 /// [`Measures::setbacks`].
 pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
+    reconstruct_and_tell(site, parameters, field, Telling::Result).0
+}
+
+/// The same, with what each step made of it. The building is that of [`reconstruct`], to the last bit.
+pub fn reconstruct_in_steps(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> (Building, Steps) {
+    let (building, steps) = reconstruct_and_tell(site, parameters, field, Telling::Steps);
+    (building, steps.map(|steps| *steps).unwrap_or_default())
+}
+
+/// What is told of a building.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Telling {
+    /// What came out.
+    Result,
+    /// The steps on the way, too.
+    Steps,
+}
+
+fn reconstruct_and_tell(
+    site: &Site,
+    parameters: &Parameters,
+    field: &dyn Occupancy,
+    telling: Telling,
+) -> (Building, Option<Box<Steps>>) {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points, strays, fit } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps } = match stands {
         Ok(()) => {
             let whole = footprint::parted(&standing.site);
-            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field))
+            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field, telling))
         }
-        Err(failure) => Attempt::failed(site, failure),
+        Err(failure) => Attempt::failed(site, failure, telling.begin(site, parameters)),
     };
     measures.open_ground = standing.open_ground;
     measures.floor_depth = floor_depth::range(site);
@@ -158,14 +184,14 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
     parameters.lod.keep(&mut model);
-    Building {
-        id: site.id.clone(),
-        frame: site.frame,
-        attributes: site.attributes.clone(),
-        model,
-        outcome,
-        measures,
-        notes,
+    let (id, attributes) = (site.id.clone(), site.attributes.clone());
+    (Building { id, frame: site.frame, attributes, model, outcome, measures, notes }, steps)
+}
+
+impl Telling {
+    /// The steps of an attempt, if they are to be told.
+    fn begin(self, site: &Site, parameters: &Parameters) -> Option<Box<Steps>> {
+        (self == Self::Steps).then(|| Box::new(Steps::begin(site, parameters)))
     }
 }
 
@@ -218,13 +244,15 @@ struct Attempt {
     strays: Vec<StrayWall>,
     /// How well the solids fit; `None` where there are none.
     fit: Option<Fit>,
+    /// What each step made of it, if that is to be told.
+    steps: Option<Box<Steps>>,
 }
 
 impl Attempt {
     /// None was made.
-    fn failed(site: &Site, failure: Failure) -> Self {
-        let measures = first_measures(site);
-        Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), strays: Vec::new(), fit: None }
+    fn failed(site: &Site, failure: Failure, steps: Option<Box<Steps>>) -> Self {
+        let (measures, result) = (first_measures(site), Err(failure));
+        Self { measures, outline: None, result, roof_points: Vec::new(), strays: Vec::new(), fit: None, steps }
     }
 }
 
@@ -241,18 +269,20 @@ fn first_measures(site: &Site) -> Measures {
 /// An attempt at a site. The solids are made of `whole`, which is the same without touching parts.
 ///
 /// Where they fit the points worse than the block does, the vote is asked instead of the field: it is what the points say.
-fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Attempt {
+fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occupancy, telling: Telling) -> Attempt {
+    let steps = telling.begin(whole, parameters);
     let detected = match Detected::new(whole, parameters) {
         Ok(detected) => detected,
-        Err(failure) => return Attempt::failed(site, failure),
+        Err(failure) => return Attempt::failed(site, failure, steps),
     };
-    let first = attempt_with(site, whole, detected.clone(), parameters, field);
+    let sites = [site, whole];
+    let first = attempt_with(sites, detected.clone(), parameters, field, steps.clone());
     let Err(worse) = &first.result else { return first };
     let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
     if worse.reason != Reason::WorseThanBlock || by_vote {
         return first;
     }
-    let mut second = attempt_with(site, whole, detected, parameters, &occupancy::HeightField);
+    let mut second = attempt_with(sites, detected, parameters, &occupancy::HeightField, steps);
     if second.result.is_err() {
         return first;
     }
@@ -262,15 +292,15 @@ fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occup
 
 /// An attempt with planes that were found and a field to ask.
 fn attempt_with(
-    site: &Site,
-    whole: &Site,
+    [site, whole]: [&Site; 2],
     detected: Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
+    steps: Option<Box<Steps>>,
 ) -> Attempt {
-    let mut solution = Solution { measures: first_measures(whole), ..Solution::default() };
+    let mut solution = Solution { measures: first_measures(whole), steps, ..Solution::default() };
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    let Solution { measures, outline, solids, roof_points, strays } = solution;
+    let Solution { measures, outline, solids, roof_points, strays, steps } = solution;
     let scanned = fit::Scanned {
         site,
         roof_points: &roof_points,
@@ -279,7 +309,7 @@ fn attempt_with(
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
-    Attempt { measures, outline, result, roof_points, strays, fit }
+    Attempt { measures, outline, result, roof_points, strays, fit, steps }
 }
 
 /// What the method made of the planes that it was given.
@@ -295,11 +325,16 @@ struct Solution {
     roof_points: Vec<u32>,
     /// The walls that were scanned where none is known.
     strays: Vec<StrayWall>,
+    /// What each step made of it, if that is to be told.
+    steps: Option<Box<Steps>>,
 }
 
 impl Solution {
     /// Notes what a building shows before anything is decided about its cells.
     fn measure(&mut self, building: &Partitioned) {
+        if let Some(steps) = &mut self.steps {
+            steps.part(building);
+        }
         let Partitioned { site, hypotheses, complex, .. } = building;
         if site.footprint.is_none() {
             self.outline.clone_from(&hypotheses.outline);
@@ -329,6 +364,9 @@ impl Solution {
         let measures = &mut self.measures;
         measures.field_fallback.clone_from(fallback);
         let inside = label(building, occupancy, *height_field, parameters);
+        if let Some(steps) = &mut self.steps {
+            steps.decide(building, decision, &inside);
+        }
         if !inside.contains(&true) {
             return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
         }
@@ -340,11 +378,17 @@ impl Solution {
         let extraction = surface::extract(&labelled, site.frame.step(), &surface_parameters).map_err(|error| {
             Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
         })?;
+        if let Some(steps) = &mut self.steps {
+            steps.extract(&extraction);
+        }
         let confidence = Confidence::new(building, &complex.facet_areas(), occupancy, &extraction.inside);
         measures.confidence = confidence.building;
         let mut solids = Vec::with_capacity(extraction.shells.len());
         for mut shell in extraction.shells {
             semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
+            if let Some(steps) = &mut self.steps {
+                steps.close(&shell.solid);
+            }
             let faults = validate::check(&shell.solid, &validate::Tolerances::written());
             if let Some(first) = faults.first() {
                 let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();

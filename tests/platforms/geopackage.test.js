@@ -37,7 +37,7 @@ test('GDAL finds both tables with their types, their CRS and their extent', () =
 
 test('GDAL has nothing to warn of, and the id stands there once', () => {
   const told = (command, ...args) => {
-    const { stderr, status } = spawnSync(command, args, { encoding: 'utf8' });
+    const { stderr, status } = spawnSync(command, args, { encoding: 'utf8', maxBuffer: 2 ** 26 });
     assert.equal(status, 0, stderr);
     return stderr;
   };

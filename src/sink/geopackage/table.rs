@@ -194,8 +194,7 @@ impl Table {
             }
             Some(Kind::Text) | None => echo.column.to_owned(),
         };
-        let update =
-            format!("UPDATE {} SET {} = {value} WHERE fid BETWEEN ? AND ?", self.name, quoted(&column.name));
+        let update = format!("UPDATE {} SET {} = {value} WHERE fid BETWEEN ? AND ?", self.name, quoted(&column.name));
         echo.rows.iter().try_for_each(|rows| connection.execute(&update, *rows).map(drop))
     }
 

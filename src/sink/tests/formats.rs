@@ -221,9 +221,11 @@ fn attributes_whose_names_are_taken_are_told() {
     }
     assert!(!told.contains(r#""id""#), "{told}");
     let connection = Connection::open(&path).unwrap();
-    let row = connection.query_row("SELECT id || source_type || source_fid || Big_2 FROM footprints WHERE fid = 1", (), |row| {
-        row.get::<_, String>(0)
-    });
+    let row = connection.query_row(
+        "SELECT id || source_type || source_fid || Big_2 FROM footprints WHERE fid = 1",
+        (),
+        |row| row.get::<_, String>(0),
+    );
     assert_eq!(row.unwrap(), format!("{id}church71"));
     let (path, written) = write_any(&folder, "out.3dtiles", &buildings);
     let told = written.notes.join("\n");

@@ -81,15 +81,21 @@ export class Camera {
     this.view.invalidate();
   }
 
+  /** The corners of a feature that are to be in the picture: those that the model names, else those of its box. */
+  cornersOf(f) {
+    const { model } = this.view;
+    const axis = (i, bit, at) => model.boxes[f * 6 + at + (i & bit ? 3 : 0)];
+    const ofBox = () => [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [axis(i, 1, 0), axis(i, 2, 1), axis(i, 4, 2)]);
+    return (model.cornersOf?.(f) ?? ofBox()).map((corner) => new Vector3(...corner));
+  }
+
   /** From where to where the box of a feature reaches in the picture, pixels from the left. */
   reachOnScreen(f) {
-    const { camera, model, renderer } = this.view;
+    const { camera, renderer } = this.view;
     camera.updateMatrixWorld();
-    const all = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
-      const axis = (bit, at) => model.boxes[f * 6 + at + (i & bit ? 3 : 0)];
-      const corner = new Vector3(axis(1, 0), axis(2, 1), axis(4, 2)).project(camera);
-      return ((corner.x + 1) / 2) * renderer.domElement.clientWidth;
-    });
+    const all = this.cornersOf(f).map(
+      (corner) => ((corner.project(camera).x + 1) / 2) * renderer.domElement.clientWidth,
+    );
     return [Math.min(...all), Math.max(...all)];
   }
 
@@ -159,11 +165,9 @@ export class Camera {
       [-Infinity, -Infinity],
       [-Infinity, -Infinity],
     ];
-    const corner = new Vector3();
-    for (const f of features) {
-      for (let i = 0; i < 8 && model.features[f].hasShape; i += 1) {
-        const axis = (bit, at) => model.boxes[f * 6 + at + (i & bit ? 3 : 0)];
-        corner.set(axis(1, 0), axis(2, 1), axis(4, 2)).sub(centre);
+    for (const f of features.filter((f) => model.features[f].hasShape)) {
+      for (const corner of this.cornersOf(f)) {
+        corner.sub(centre);
         const towards = corner.dot(direction);
         [corner.dot(right), corner.dot(up)].forEach((aside, way) => {
           reach[way][0] = Math.max(reach[way][0], towards * slopes[way] + aside);

@@ -8,7 +8,6 @@ import { showCompass } from './compass.js';
 import { makeColourings, makeLods, makePoints, pointColours } from './controls.js';
 import { byId, element, refill } from './dom.js';
 import { FaultList } from './faults.js';
-import { decimal } from './format.js';
 import { fillHelp, listen } from './keys.js';
 import { showLegend } from './legend.js';
 import { Model } from './model.js';
@@ -19,7 +18,9 @@ import { Pointer } from './pointer.js';
 import { View } from './scene.js';
 import { makeSearch } from './search.js';
 import { State } from './state.js';
+import { showRuler } from './ruler.js';
 import { showSummary } from './summary.js';
+import { makeTheme } from './theme.js';
 
 /** Steps of a ramp: more than can be told apart. */
 const STEPS = 128;
@@ -62,25 +63,6 @@ function paintOf(model, state) {
   return { colours: [...own, NOTHING, ghost], of, lod };
 }
 
-/** Dark or light: as the system is, until the button is pressed. */
-function makeTheme(state, button, asked) {
-  const system = window.matchMedia('(prefers-color-scheme: dark)');
-  let chosen = asked;
-  const apply = () => {
-    const theme = chosen ?? (system.matches ? 'dark' : 'light');
-    document.documentElement.dataset.theme = theme;
-    state.set({ theme });
-  };
-  const toggle = () => {
-    chosen = state.theme === 'dark' ? 'light' : 'dark';
-    apply();
-  };
-  system.addEventListener('change', apply);
-  button.addEventListener('click', toggle);
-  apply();
-  return { toggle, chosen: () => chosen, choose: (theme) => ((chosen = theme), apply()) };
-}
-
 /** Says something for a while; nothing takes it away. */
 function tell(text) {
   const node = byId('told');
@@ -89,26 +71,6 @@ function tell(text) {
   if (text !== '') {
     setTimeout(() => node.textContent === text && (node.hidden = true), 8000);
   }
-}
-
-/** The scale bar: a round number of metres at what is looked at. */
-function showScale(view, camera) {
-  const [bar, text] = byId('scale').children;
-  let last = '';
-  view.beforeFrame.push(() => {
-    const away = view.camera.position.distanceTo(camera.controls.target);
-    const perPixel = (2 * away * Math.tan((view.camera.fov * Math.PI) / 360)) / Math.max(view.height, 1);
-    const most = perPixel * 140;
-    const scale = 10 ** Math.floor(Math.log10(most));
-    const metres = [5, 2, 1].map((step) => step * scale).find((step) => step <= most) ?? scale;
-    const label = metres >= 1000 ? `${decimal(metres / 1000)} km` : `${decimal(metres)} m`;
-    const width = `${Math.round(metres / perPixel)}px`;
-    if (label + width !== last) {
-      last = label + width;
-      bar.style.width = width;
-      refill(text, label);
-    }
-  });
 }
 
 async function start() {
@@ -291,7 +253,7 @@ async function start() {
   camera.fit();
   show(asked, 0);
   new ResizeObserver(resize).observe(canvas);
-  showScale(view, camera);
+  showRuler(view, camera, byId('scale'));
   showCompass(view, camera, byId('compass'));
   requestAnimationFrame(() => {
     byId('loading').hidden = true;

@@ -11,16 +11,30 @@ const [EDGE, FACE, AROUND] = [2, 4, 2.5];
 /** Drawn a little nearer than they are: the faces that meet in an edge would hide parts of it. */
 const NEARER = { polygonOffset: true, polygonOffsetFactor: -4, polygonOffsetUnits: -4 };
 
+/** Lines so many pixels wide between pairs of places, which `place` puts. */
+export function wideLines(width, options = {}) {
+  const material = new LineMaterial({ linewidth: width, transparent: true, depthWrite: false, ...NEARER, ...options });
+  return Object.assign(new LineSegments2(new LineSegmentsGeometry(), material), { frustumCulled: false });
+}
+
+/** Puts wide lines between pairs of `positions`: buffers of another length ask for another geometry. */
+export function place(lines, positions, pairs) {
+  const places = new Float32Array(pairs.length * 3);
+  pairs.forEach((corner, i) => places.set(positions.subarray(corner * 3, corner * 3 + 3), i * 3));
+  lines.visible = pairs.length > 0;
+  lines.geometry.dispose();
+  lines.geometry = new LineSegmentsGeometry();
+  if (pairs.length > 0) {
+    lines.geometry.setPositions(places);
+  }
+}
+
 export class Marks {
   constructor(positions) {
     this.positions = positions;
     this.group = new Group();
-    const add = (width, order, options = {}) => {
-      const lines = new LineSegments2(
-        new LineSegmentsGeometry(),
-        new LineMaterial({ linewidth: width, transparent: true, depthWrite: false, ...NEARER, ...options }),
-      );
-      Object.assign(lines, { frustumCulled: false, renderOrder: order, visible: false });
+    const add = (width, order, options) => {
+      const lines = Object.assign(wideLines(width, options), { renderOrder: order, visible: false });
       this.group.add(lines);
       return lines;
     };
@@ -39,21 +53,7 @@ export class Marks {
 
   /** Shows edges of a building and of one of its faces: pairs of corners. */
   show(edges, face) {
-    this.put([this.hidden, this.around, this.edges], edges);
-    this.put([this.faceAround, this.face], face);
-  }
-
-  put(lines, pairs) {
-    const places = new Float32Array(pairs.length * 3);
-    pairs.forEach((corner, i) => places.set(this.positions.subarray(corner * 3, corner * 3 + 3), i * 3));
-    for (const line of lines) {
-      line.visible = pairs.length > 0;
-      line.geometry.dispose();
-      // Buffers of another length ask for another geometry.
-      line.geometry = new LineSegmentsGeometry();
-      if (pairs.length > 0) {
-        line.geometry.setPositions(places);
-      }
-    }
+    [this.hidden, this.around, this.edges].forEach((lines) => place(lines, this.positions, edges));
+    [this.faceAround, this.face].forEach((lines) => place(lines, this.positions, face));
   }
 }
