@@ -57,6 +57,7 @@ lint: setup
 	cargo fmt --check --all
 	sh scripts/page.sh --check
 	cargo clippy --release --locked --all-targets -- -D warnings
+	cargo check --release --locked --no-default-features --features bundled-proj
 
 # Licences of all crates, and known vulnerabilities where the list of them can be fetched.
 dependencies: setup

@@ -200,12 +200,18 @@ pub struct Measures {
     pub rmse_lod13: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face of the LoD 2.2 model, metres.
     pub rmse_lod22: Option<f64>,
+    /// Root mean square of the distances of the building points to the nearest face of the LoD 2.3 model, metres.
+    #[serde(default)]
+    pub rmse_lod23: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod12: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod13: Option<f64>,
     /// Volume in cubic metres.
     pub volume_lod22: Option<f64>,
+    /// Volume in cubic metres.
+    #[serde(default)]
+    pub volume_lod23: Option<f64>,
     /// How much is scanned and not in the LoD 2.2 model, or in it and not scanned; `None` without such a model.
     pub completeness: Option<Extents>,
     /// What making the LoD 2.2 model again, with hypotheses for what it lacked, brought; `None` where it was not or brought

@@ -31,6 +31,9 @@
 //! segment, sink, network} → reconstruct →
 //! completeness → {solid, site} → geometry`.
 
+// What pipelines alone use.
+#![cfg_attr(not(feature = "pipelines"), allow(dead_code, unused_imports))]
+
 pub mod audit;
 pub mod building;
 pub mod capi;

@@ -124,8 +124,19 @@ pub struct Site {
     pub coverage: Coverage,
     /// The part of the footprint that the tiles cover, where that is not all of it; local metres.
     pub covered: Option<MultiPolygon<f64>>,
+    /// The roof beyond the footprint, where its outline is known.
+    pub eaves: Option<Eaves>,
     /// The footprint's attributes, passed through to the model.
     pub attributes: Map<String, Value>,
+}
+
+/// The roof of a building beyond its footprint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Eaves {
+    /// The outline of the roof in local metres, valid by the simple-feature rules; over no footprint but its own.
+    pub outline: MultiPolygon<f64>,
+    /// Building points in it and in no footprint, in local metres, sorted by x, y, z and without exact duplicates.
+    pub points: Vec<Point3<f64>>,
 }
 
 impl Site {
@@ -146,6 +157,7 @@ impl Site {
             ground_line: Vec::new(),
             coverage: Coverage { share: 1.0 },
             covered: None,
+            eaves: None,
             attributes: Map::new(),
         }
     }

@@ -137,12 +137,15 @@ pub struct Part {
     pub lod13: Option<Solid>,
     /// The LoD 2.2 solid.
     pub lod22: Option<Solid>,
+    /// The LoD 2.3 solid, whose roofs reach beyond its walls.
+    #[serde(default)]
+    pub lod23: Option<Solid>,
 }
 
 impl Part {
     /// Its solids of all levels of detail, the coarsest first.
     pub fn solids(&self) -> impl Iterator<Item = &Solid> {
-        [&self.lod12, &self.lod13, &self.lod22].into_iter().flatten()
+        [&self.lod12, &self.lod13, &self.lod22, &self.lod23].into_iter().flatten()
     }
 }
 
@@ -165,6 +168,11 @@ impl Model {
     /// The LoD 2.2 solids.
     pub fn lod22(&self) -> impl Iterator<Item = &Solid> {
         self.parts.iter().filter_map(|p| p.lod22.as_ref())
+    }
+
+    /// The LoD 2.3 solids.
+    pub fn lod23(&self) -> impl Iterator<Item = &Solid> {
+        self.parts.iter().filter_map(|p| p.lod23.as_ref())
     }
 
     /// The LoD 1.3 solids.

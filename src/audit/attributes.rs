@@ -26,7 +26,7 @@ pub(super) fn check(primitives: &[Primitive], group: &[&CityObject], grid: &Grid
     let number = |name: &str| building.attributes.get(name).and_then(Value::as_f64);
     let coid = format!("coid={}", building.id);
     let of_lod = |lod: &str| -> Vec<&Primitive> { primitives.iter().filter(|p| p.geometry.lod == lod).collect() };
-    for lod in ["1.2", "1.3", "2.2"] {
+    for lod in ["1.2", "1.3", "2.2", "2.3"] {
         let solids = of_lod(lod);
         if solids.is_empty() {
             continue;

@@ -26,6 +26,10 @@ pub struct MakingArgs {
     #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 
+    /// Outlines of the roofs, where the footprints are those of the walls: roofs hang over as far as these reach, at LoD 2.3
+    #[arg(long, value_name = "FILE", conflicts_with = "no_footprint")]
+    pub(super) roofprint: Option<PathBuf>,
+
     /// Take what stands apart in the building points for an object each
     #[arg(long)]
     no_footprint: bool,
@@ -106,6 +110,7 @@ impl MakingArgs {
         Ok(Job {
             tiles: self.tiles,
             footprints: self.footprints.map(|path| FootprintSource { path, options }),
+            roofprints: self.roofprint,
             crs: self.crs,
             placement: Placement::given(self.unit, self.up_axis),
             threads: self.jobs,

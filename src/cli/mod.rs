@@ -18,6 +18,7 @@ mod interrupt;
 mod making;
 pub mod options;
 mod output;
+#[cfg(feature = "pipelines")]
 mod pipeline;
 mod placement;
 mod progress;
@@ -25,6 +26,7 @@ mod reading;
 mod reconstruct;
 mod shell;
 mod simulate;
+#[cfg(feature = "pipelines")]
 mod stages;
 pub mod summary;
 mod trial;
@@ -90,8 +92,10 @@ enum Command {
     /// Reconstruct the buildings of footprints from airborne points
     Reconstruct(Box<reconstruct::Args>),
     /// Run a pipeline in PDAL's grammar
+    #[cfg(feature = "pipelines")]
     Pipeline(pipeline::Args),
     /// List the stages of pipelines, or the options of one
+    #[cfg(feature = "pipelines")]
     Stages(stages::Args),
     /// Say what is in tiles and footprint files
     Info(info::Args),
@@ -119,7 +123,10 @@ enum Command {
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
     interrupt::outlive_file_limits();
-    let words = match config::spell_out(pipeline::spell_out(std::env::args_os()), Cli::command()) {
+    let words = std::env::args_os();
+    #[cfg(feature = "pipelines")]
+    let words = pipeline::spell_out(words).into_iter();
+    let words = match config::spell_out(words.collect(), Cli::command()) {
         Ok(words) => words,
         Err(error) => {
             output::say(&format!("error: {error}"));
@@ -137,7 +144,9 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),
+        #[cfg(feature = "pipelines")]
         Command::Pipeline(args) => pipeline::main(&args),
+        #[cfg(feature = "pipelines")]
         Command::Stages(args) => stages::main(&args),
         Command::Info(args) => info::main(&args),
         Command::Evaluate(args) => evaluate::main(&args),

@@ -79,8 +79,8 @@ pub struct Args {
     #[arg(long)]
     view: bool,
 
-    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are)
-    /// [default: 0,1.2,2.2]
+    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are),
+    /// 2.3 (roofs that hang over) [default: 0,1.2,2.2, and 2.3 with --roofprint]
     #[arg(long, value_name = "LEVELS")]
     lod: Option<Levels>,
 
@@ -143,8 +143,9 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
+        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.roofprint.is_some()));
         let job = self.making.into_job()?;
-        let parameters = Parameters { lod: self.lod.unwrap_or_default(), ..job.parameters };
+        let parameters = Parameters { lod: levels, ..job.parameters };
         let job = Job {
             output: self.output,
             title: self.title,

@@ -85,6 +85,9 @@ pub fn summary(report: &Report) -> String {
         rows.push(vec!["  taken from an earlier run".into(), number(counts.resumed)]);
     }
     rows.push(vec!["solids at LoD 2.2".into(), number(counts.solids_lod22)]);
+    if counts.solids_lod23 > 0 {
+        rows.push(vec!["solids at LoD 2.3".into(), number(counts.solids_lod23)]);
+    }
     if counts.solids_lod13 > 0 {
         rows.push(vec!["solids at LoD 1.3".into(), number(counts.solids_lod13)]);
     }

@@ -2,35 +2,48 @@
 //!
 //! The method asks its questions through [`Network`](crate::reconstruct::occupancy::network::Network); this module
 //! answers them with ONNX graphs. The embedded runtime is written in Rust and goes into the binary, with the weights;
-//! ONNX Runtime can be loaded instead where it is installed.
+//! ONNX Runtime can be loaded instead where it is installed. A build without the feature `networks` has none of both, and
+//! [`Field::HeightField`] is its only field.
 
 mod file;
+#[cfg(feature = "networks")]
 mod onnx;
+#[cfg(feature = "networks")]
 mod runtime;
 #[cfg(test)]
 mod tests;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+#[cfg(feature = "networks")]
+use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, Result};
+#[cfg(feature = "networks")]
+use crate::reconstruct::occupancy::Neural;
+#[cfg(feature = "networks")]
 use crate::reconstruct::occupancy::network::Interface;
-use crate::reconstruct::occupancy::{CellRule, HeightField, Neural, Occupancy};
+use crate::reconstruct::occupancy::{CellRule, HeightField, Occupancy};
 use crate::source::open;
 
 pub use file::NetworkFile;
+#[cfg(feature = "networks")]
 pub use onnx::OnnxNetwork;
+#[cfg(feature = "networks")]
 pub use runtime::Runtime;
 
 /// The embedded network of [`Field::Neural`].
+#[cfg(feature = "networks")]
 const FIELD: &[u8] = include_bytes!("weights/field.safetensors");
 /// The embedded network of [`Field::Points2Surf`].
+#[cfg(feature = "networks")]
 const POINTS2SURF: &[u8] = include_bytes!("weights/points2surf.safetensors");
 
 /// How messages call a network that is not in a file of its own.
+#[cfg(feature = "networks")]
 const EMBEDDED: &str = "the embedded network";
 
 /// Which implicit field says how much each cell is inside.
@@ -38,9 +51,10 @@ const EMBEDDED: &str = "the embedded network";
 #[serde(rename_all = "kebab-case")]
 pub enum Field {
     /// The network of this project: a code of the whole building, the nearest points, and the roof evidence.
-    #[default]
+    #[cfg_attr(feature = "networks", default)]
     Neural,
     /// The height-field vote: what lies under the roof evidence is inside. Needs no network and knows no overhangs.
+    #[cfg_attr(not(feature = "networks"), default)]
     HeightField,
     /// The network of the paper, at reduced width; slow, for comparison.
     #[serde(rename = "points2surf")]
@@ -50,6 +64,11 @@ pub enum Field {
 impl Field {
     /// All fields.
     pub const ALL: [Self; 3] = [Self::Neural, Self::HeightField, Self::Points2Surf];
+
+    /// Those that this build has.
+    pub fn built_in() -> &'static [Self] {
+        if cfg!(feature = "networks") { &Self::ALL } else { &[Self::HeightField] }
+    }
 
     /// Its name in options and reports.
     pub fn name(self) -> &'static str {
@@ -82,23 +101,30 @@ impl FieldOptions {
     /// Fails when the network file cannot be read, is none, or has another interface than the field, and when ONNX
     /// Runtime cannot be loaded.
     pub fn load(&self) -> Result<Arc<dyn Occupancy>> {
-        let embedded = match self.field {
-            Field::HeightField => {
-                let given = [("--model", &self.model), ("--onnxruntime", &self.onnxruntime)];
-                if let Some((option, _)) = given.into_iter().find(|(_, value)| value.is_some()) {
-                    return Err(InputError::new(
-                        option,
-                        "a value",
-                        "none with --field height-field, which needs no network",
-                    )
-                    .remedy("Leave one of the two options out")
-                    .into());
-                }
-                return Ok(Arc::new(HeightField));
-            }
-            Field::Neural => FIELD,
-            Field::Points2Surf => POINTS2SURF,
-        };
+        if self.field != Field::HeightField {
+            return self.network();
+        }
+        let given = [("--model", &self.model), ("--onnxruntime", &self.onnxruntime)];
+        if let Some((option, _)) = given.into_iter().find(|(_, value)| value.is_some()) {
+            let expected = "none with --field height-field, which needs no network";
+            return Err(InputError::new(option, "a value", expected).remedy("Leave one of the two options out").into());
+        }
+        Ok(Arc::new(HeightField))
+    }
+
+    /// There are no networks in this build.
+    #[cfg(not(feature = "networks"))]
+    fn network(&self) -> Result<Arc<dyn Occupancy>> {
+        let found = format!("{}, which needs a network, in a build without networks", self.field.name());
+        Err(InputError::new("--field", found, Field::HeightField.name())
+            .remedy("Build gable with its feature `networks`, or leave --field out")
+            .into())
+    }
+
+    /// The field of a network.
+    #[cfg(feature = "networks")]
+    fn network(&self) -> Result<Arc<dyn Occupancy>> {
+        let embedded = if self.field == Field::Points2Surf { POINTS2SURF } else { FIELD };
         let file = match &self.model {
             None => NetworkFile::parse(embedded, Path::new(EMBEDDED))?,
             Some(path) => NetworkFile::open(path)?,

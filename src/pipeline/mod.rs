@@ -33,30 +33,50 @@
 //! | [`run`] | running |
 //! | [`describe`] | stages in words and as JSON Schema |
 
+#[cfg(feature = "pipelines")]
 pub mod area;
+#[cfg(feature = "pipelines")]
 pub mod catalogue;
+#[cfg(feature = "pipelines")]
 pub mod describe;
 pub mod expression;
+#[cfg(feature = "pipelines")]
 mod ground;
+#[cfg(feature = "pipelines")]
 mod heights;
+#[cfg(feature = "pipelines")]
 mod json;
+#[cfg(feature = "pipelines")]
 pub mod las;
 mod nearest;
 pub mod options;
+#[cfg(feature = "pipelines")]
 mod output;
+#[cfg(feature = "pipelines")]
 pub mod plan;
 pub mod points;
+#[cfg(feature = "pipelines")]
 pub mod range;
+#[cfg(feature = "pipelines")]
 mod returns;
+#[cfg(feature = "pipelines")]
 mod rows;
+#[cfg(feature = "pipelines")]
 pub mod run;
+#[cfg(feature = "pipelines")]
 mod source;
+#[cfg(feature = "pipelines")]
 pub mod spec;
+#[cfg(feature = "pipelines")]
 pub mod stage;
+#[cfg(feature = "pipelines")]
 pub mod stages;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "pipelines")]
 pub use plan::{Override, Plan};
+#[cfg(feature = "pipelines")]
 pub use run::{Outcome, Prepared, validate};
+#[cfg(feature = "pipelines")]
 pub use stage::{Context, Observer, Silent};

@@ -156,6 +156,7 @@ mod tests {
             strays: Vec::new(),
             fit: None,
             steps: None,
+            overhanging: None,
         }
     }
 

@@ -20,11 +20,13 @@ pub enum Level {
     Stepped,
     /// 2.2: roofs as they are.
     Roofs,
+    /// 2.3: roofs that reach beyond the walls under them.
+    Overhanging,
 }
 
 impl Level {
     /// All, from the coarsest on.
-    pub const ALL: [Self; 4] = [Self::Footprint, Self::Block, Self::Stepped, Self::Roofs];
+    pub const ALL: [Self; 5] = [Self::Footprint, Self::Block, Self::Stepped, Self::Roofs, Self::Overhanging];
 
     /// What CityJSON calls it.
     pub fn name(self) -> &'static str {
@@ -33,6 +35,7 @@ impl Level {
             Self::Block => "1.2",
             Self::Stepped => "1.3",
             Self::Roofs => "2.2",
+            Self::Overhanging => "2.3",
         }
     }
 }
@@ -54,15 +57,29 @@ impl Levels {
             model.footprint.clear();
         }
         for part in &mut model.parts {
-            for (level, solid) in
-                [(Level::Block, &mut part.lod12), (Level::Stepped, &mut part.lod13), (Level::Roofs, &mut part.lod22)]
-            {
+            for (level, solid) in [
+                (Level::Block, &mut part.lod12),
+                (Level::Stepped, &mut part.lod13),
+                (Level::Roofs, &mut part.lod22),
+                (Level::Overhanging, &mut part.lod23),
+            ] {
                 if !self.has(level) {
                     *solid = None;
                 }
             }
         }
         model.parts.retain(|part| part.solids().next().is_some());
+    }
+}
+
+impl Levels {
+    /// The usual ones: 0, 1.2 and 2.2, and 2.3 where outlines of roofs are known.
+    pub fn usual(with_roofprints: bool) -> Self {
+        let mut levels = Self::default();
+        if with_roofprints {
+            levels.0.insert(Level::Overhanging);
+        }
+        levels
     }
 }
 
@@ -119,15 +136,22 @@ impl JsonSchema for Levels {
     }
 }
 
-/// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks` and the LoD 1.3 blocks that stand for each of the solids, or else for each
-/// of the blocks.
-pub(super) fn parts(solids: Vec<Solid>, blocks: Vec<Solid>, stepped: Vec<Vec<Solid>>) -> Vec<Part> {
-    let count = solids.len().max(blocks.len()).max(stepped.len());
+/// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks`, the LoD 1.3 blocks that stand for each of the solids, or else for each
+/// of the blocks, and the solids of LoD 2.3.
+pub(super) fn parts(
+    solids: Vec<Solid>,
+    blocks: Vec<Solid>,
+    stepped: Vec<Vec<Solid>>,
+    overhanging: Vec<Solid>,
+) -> Vec<Part> {
+    let count = solids.len().max(blocks.len()).max(stepped.len()).max(overhanging.len());
     let (mut solids, mut blocks, mut stepped) = (solids.into_iter(), blocks.into_iter(), stepped.into_iter());
+    let mut overhanging = overhanging.into_iter();
     let mut more = Vec::new();
     let mut part = || {
         let mut of_part = stepped.next().unwrap_or_default().into_iter();
-        let part = Part { lod12: blocks.next(), lod13: of_part.next(), lod22: solids.next() };
+        let part =
+            Part { lod12: blocks.next(), lod13: of_part.next(), lod22: solids.next(), lod23: overhanging.next() };
         more.extend(of_part.map(|solid| Part { lod13: Some(solid), ..Part::default() }));
         part
     };
@@ -145,7 +169,7 @@ mod tests {
         assert_eq!(Levels::default().to_string(), "0,1.2,2.2");
         assert_eq!("2.2, 1.3".parse::<Levels>().unwrap().to_string(), "1.3,2.2");
         for bad in ["", "2", "1.2,", "foo", "1.2;2.2"] {
-            assert!(bad.parse::<Levels>().unwrap_err().contains("expected some of 0, 1.2, 1.3, 2.2"), "{bad}");
+            assert!(bad.parse::<Levels>().unwrap_err().contains("expected some of 0, 1.2, 1.3, 2.2, 2.3"), "{bad}");
         }
     }
 }

@@ -22,6 +22,7 @@ mod measures;
 pub mod occupancy;
 mod open_ground;
 mod outline;
+mod overhanging;
 mod parameters;
 mod partitioned;
 pub mod primitives;
@@ -94,10 +95,11 @@ fn reconstruct_and_tell(
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps, .. } = match stands {
         Ok(()) => {
             let whole = footprint::parted(&standing.site);
-            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field, telling))
+            let try_with = |parameters: &Parameters| attempt(&standing.site, &whole, None, parameters, field, telling);
+            ladder::descend(parameters, try_with)
         }
         Err(failure) => Attempt::failed(site, failure, telling.begin(site, parameters)),
     };
@@ -163,9 +165,17 @@ fn reconstruct_and_tell(
         stepped = stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes);
         measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
     }
-    let mut parts = levels::parts(solids, blocks, stepped);
+    let mut overhanging = Vec::new();
+    if parameters.lod.has(Level::Overhanging) && failure.is_none() {
+        overhanging = overhanging::of_site(&standing, parameters, field).unwrap_or_else(|reason| {
+            notes.push(format!("it has no LoD 2.3: {reason}"));
+            Vec::new()
+        });
+        measures.rmse_lod23 = measures::rmse(overhanging.iter(), &fit::counting(&site.points, &left_out));
+    }
+    let mut parts = levels::parts(solids, blocks, stepped, overhanging);
     for part in &mut parts {
-        let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22];
+        let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22, &mut part.lod23];
         solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
     }
     let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts };
@@ -175,7 +185,7 @@ fn reconstruct_and_tell(
     }
     (measures.rmse_lod12, measures.rmse_lod22) = (rmse_lod12, rmse_lod22);
     (measures.volume_lod12, measures.volume_lod13) = (volume(model.lod12()), volume(model.lod13()));
-    measures.volume_lod22 = volume(model.lod22());
+    (measures.volume_lod22, measures.volume_lod23) = (volume(model.lod22()), volume(model.lod23()));
     measures.confidence = confidence::of_model(&measures, area(standing.site.footprint.as_ref()));
     let outcome = match failure {
         None if standing.is_partial => Outcome::Partial { reason: Reason::Incomplete, detail: share },
@@ -244,6 +254,8 @@ struct Attempt {
     strays: Vec<StrayWall>,
     /// How well the solids fit; `None` where there are none.
     fit: Option<Fit>,
+    /// The solids of LoD 2.3, or why there are none, where they were asked for.
+    overhanging: Option<Result<Vec<Solid>, String>>,
     /// What each step made of it, if that is to be told.
     steps: Option<Box<Steps>>,
 }
@@ -251,8 +263,17 @@ struct Attempt {
 impl Attempt {
     /// None was made.
     fn failed(site: &Site, failure: Failure, steps: Option<Box<Steps>>) -> Self {
-        let (measures, result) = (first_measures(site), Err(failure));
-        Self { measures, outline: None, result, roof_points: Vec::new(), strays: Vec::new(), fit: None, steps }
+        let measures = first_measures(site);
+        Self {
+            measures,
+            outline: None,
+            result: Err(failure),
+            roof_points: Vec::new(),
+            strays: Vec::new(),
+            fit: None,
+            overhanging: None,
+            steps,
+        }
     }
 }
 
@@ -266,23 +287,30 @@ fn first_measures(site: &Site) -> Measures {
     }
 }
 
-/// An attempt at a site. The solids are made of `whole`, which is the same without touching parts.
+/// An attempt at a site. The solids are made of `whole`, which is the same without touching parts. With `walls` (local
+/// metres) there is LoD 2.3 as well: roofs that reach from these to the footprint's outline.
 ///
 /// Where they fit the points worse than the block does, the vote is asked instead of the field: it is what the points say.
-fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occupancy, telling: Telling) -> Attempt {
+fn attempt(
+    site: &Site,
+    whole: &Site,
+    walls: Option<&MultiPolygon<f64>>,
+    parameters: &Parameters,
+    field: &dyn Occupancy,
+    telling: Telling,
+) -> Attempt {
     let steps = telling.begin(whole, parameters);
     let detected = match Detected::new(whole, parameters) {
         Ok(detected) => detected,
         Err(failure) => return Attempt::failed(site, failure, steps),
     };
-    let sites = [site, whole];
-    let first = attempt_with(sites, detected.clone(), parameters, field, steps.clone());
+    let first = attempt_with(site, whole, walls, detected.clone(), parameters, field, steps.clone());
     let Err(worse) = &first.result else { return first };
     let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
     if worse.reason != Reason::WorseThanBlock || by_vote {
         return first;
     }
-    let mut second = attempt_with(sites, detected, parameters, &occupancy::HeightField, steps);
+    let mut second = attempt_with(site, whole, walls, detected, parameters, &occupancy::HeightField, steps);
     if second.result.is_err() {
         return first;
     }
@@ -292,15 +320,18 @@ fn attempt(site: &Site, whole: &Site, parameters: &Parameters, field: &dyn Occup
 
 /// An attempt with planes that were found and a field to ask.
 fn attempt_with(
-    [site, whole]: [&Site; 2],
+    site: &Site,
+    whole: &Site,
+    walls: Option<&MultiPolygon<f64>>,
     detected: Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
     steps: Option<Box<Steps>>,
 ) -> Attempt {
-    let mut solution = Solution { measures: first_measures(whole), steps, ..Solution::default() };
+    let mut solution =
+        Solution { measures: first_measures(whole), walls: walls.cloned(), steps, ..Solution::default() };
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    let Solution { measures, outline, solids, roof_points, strays, steps } = solution;
+    let Solution { measures, outline, solids, roof_points, strays, overhanging, steps, .. } = solution;
     let scanned = fit::Scanned {
         site,
         roof_points: &roof_points,
@@ -309,7 +340,7 @@ fn attempt_with(
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
-    Attempt { measures, outline, result, roof_points, strays, fit, steps }
+    Attempt { measures, outline, result, roof_points, strays, fit, overhanging, steps }
 }
 
 /// What the method made of the planes that it was given.
@@ -325,6 +356,10 @@ struct Solution {
     roof_points: Vec<u32>,
     /// The walls that were scanned where none is known.
     strays: Vec<StrayWall>,
+    /// Where the walls stand, where roofs reach beyond them.
+    walls: Option<MultiPolygon<f64>>,
+    /// The solids on these, or why there are none.
+    overhanging: Option<Result<Vec<Solid>, String>>,
     /// What each step made of it, if that is to be told.
     steps: Option<Box<Steps>>,
 }
@@ -381,6 +416,9 @@ impl Solution {
         if let Some(steps) = &mut self.steps {
             steps.extract(&extraction);
         }
+        let walls = self.walls.as_ref();
+        self.overhanging = walls
+            .map(|walls| overhanging::of_cells(building, &extraction.inside, &extraction.shells, walls, parameters));
         let confidence = Confidence::new(building, &complex.facet_areas(), occupancy, &extraction.inside);
         measures.confidence = confidence.building;
         let mut solids = Vec::with_capacity(extraction.shells.len());

@@ -13,11 +13,14 @@ use crate::completeness::Limits;
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
     /// Levels of detail that are made and written, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps),
-    /// 2.2 (roofs as they are).
+    /// 2.2 (roofs as they are), 2.3 (roofs that reach beyond their walls, where the outline of the roof is known).
     pub lod: Levels,
     /// LoD 1.3: roofs whose heights differ by less than this where they meet share the top of a block, metres.
     #[schemars(range(min = 0.0))]
     pub block_step: f64,
+    /// LoD 2.3: how thick roofs are where they reach beyond their walls, metres, measured upright.
+    #[schemars(range(min = 0.0))]
+    pub eaves_thickness: f64,
     /// How planar primitives are detected and refined.
     pub detection: DetectionParameters,
     /// How far the walls may stand back from the footprint's outline where that makes them simpler, metres. They never
@@ -90,6 +93,7 @@ impl Default for Parameters {
         Self {
             lod: Levels::default(),
             block_step: 3.0,
+            eaves_thickness: 0.2,
             detection: DetectionParameters::default(),
             footprint_tolerance: 0.1,
             open_ground: OpenGround::default(),

@@ -41,6 +41,7 @@ fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) ->
         ground: Ground { height: 0.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
         covered: None,
+        eaves: None,
         attributes: Map::new(),
     }
 }

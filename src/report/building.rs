@@ -24,6 +24,9 @@ pub struct BuildingReport {
     /// Solids at LoD 1.3.
     #[serde(default)]
     pub solids_lod13: usize,
+    /// Solids at LoD 2.3.
+    #[serde(default)]
+    pub solids_lod23: usize,
     /// Number of building points.
     pub points: usize,
     /// Number of planar primitives after refinement.
@@ -69,6 +72,7 @@ impl BuildingReport {
             solids_lod22: building.model.lod22().count(),
             solids_lod12: building.model.lod12().count(),
             solids_lod13: building.model.lod13().count(),
+            solids_lod23: building.model.lod23().count(),
             points: measures.points,
             primitives: measures.primitives,
             cells: measures.cells,

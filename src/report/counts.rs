@@ -36,6 +36,9 @@ pub struct Counts {
     /// Solids at LoD 1.3.
     #[serde(default)]
     pub solids_lod13: usize,
+    /// Solids at LoD 2.3.
+    #[serde(default)]
+    pub solids_lod23: usize,
     /// Buildings by the step of the ladder on which they stand.
     pub ladder: BTreeMap<LadderStep, usize>,
     /// Buildings that fell back to LoD 1.2, by reason.
@@ -78,6 +81,7 @@ impl Counts {
         self.solids_lod22 += building.solids_lod22;
         self.solids_lod12 += building.solids_lod12;
         self.solids_lod13 += building.solids_lod13;
+        self.solids_lod23 += building.solids_lod23;
         self.lacking += usize::from(building.lacks_model());
         if let Some(step) = building.ladder_step {
             *self.ladder.entry(step).or_default() += 1;

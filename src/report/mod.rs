@@ -102,6 +102,9 @@ pub struct Inputs {
     pub tiles: Vec<TileReport>,
     /// The footprints; absent for a single object without a footprint.
     pub footprints: Option<FootprintsReport>,
+    /// The outlines of roofs; absent where none were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roofprints: Option<FootprintsReport>,
     /// What became of the points of all tiles.
     pub points: PointCounts,
 }

@@ -28,7 +28,7 @@ fn lod22() -> BuildingReport {
         Outcome::Lod22,
         100,
         vec![
-            Part { lod12: Some(solid()), lod13: None, lod22: Some(solid()) },
+            Part { lod12: Some(solid()), lod22: Some(solid()), ..Part::default() },
             Part { lod22: Some(solid()), ..Part::default() },
         ],
     )
@@ -128,6 +128,7 @@ fn report() -> Report {
                 crs: None,
                 id_attribute: Some("id".into()),
             }),
+            roofprints: None,
             points: PointCounts { classes: [(6, 7)].into(), ..PointCounts::default() },
         },
         parameters: Parameters::default(),

@@ -201,6 +201,7 @@ mod tests {
             ground: Ground { height: 1.25, spread: 0.1, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             covered: None,
+            eaves: None,
             attributes: serde_json::Map::new(),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Job;
 use crate::error::InputError;
+use crate::reconstruct::Level;
 use crate::segment::{BuildingClasses, NOISE};
 
 /// The most threads that may be asked for: more than the processors of any machine, few enough to start.
@@ -24,6 +25,16 @@ impl Job {
                 return Err(InputError::new("--building-class", found, "classes that hold buildings")
                     .remedy("Leave it out; `gable info` lists the classes of a tile"));
             }
+        }
+        let has_level = self.parameters.lod.has(Level::Overhanging);
+        if has_level && self.roofprints.is_none() {
+            return Err(InputError::new("--lod", "2.3, and no outlines of roofs", "--roofprint with their file")
+                .remedy("LoD 2.3 is of roofs that reach beyond their walls: something must say how far"));
+        }
+        if self.roofprints.is_some() && (!has_level || self.footprints.is_none()) {
+            let expected = if has_level { "--footprints with those of the walls" } else { "--lod with 2.3 in it" };
+            return Err(InputError::new("--roofprint", "outlines of roofs that nothing is made of", expected)
+                .remedy("Leave --roofprint out if there is to be no LoD 2.3"));
         }
         if self.placement.is_some() && (self.crs.is_some() || self.footprints.is_some()) {
             let with = if self.crs.is_some() { "--crs" } else { "--footprints" };

@@ -97,16 +97,18 @@ fn hash_of_task(task: &Task) -> u64 {
 }
 
 fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
-    let Site { id, frame, footprint, points, ground_points, ground, ground_line, coverage, covered, attributes } = site;
+    let Site { id, frame, footprint, points, ground_points, ground, ground_line, coverage, covered, eaves, attributes } =
+        site;
+    let (roofprint, under_eaves) = eaves.as_ref().map(|eaves| (&eaves.outline, &eaves.points)).unzip();
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
     [ground.height, ground.spread, coverage.share].into_iter().for_each(&mut number);
-    for points in [points, ground_points, ground_line] {
+    for points in [points, ground_points, ground_line].into_iter().chain(under_eaves) {
         // The length keeps a point of the ground from being taken for one more of the building.
         number(points.len() as f64);
         points.iter().flat_map(|point| point.iter().copied()).for_each(&mut number);
     }
-    for polygon in [footprint, covered].into_iter().flatten().flatten() {
+    for polygon in [footprint.as_ref(), covered.as_ref(), roofprint].into_iter().flatten().flatten() {
         for ring in std::iter::once(polygon.exterior()).chain(polygon.interiors()) {
             // The length keeps a hole from being taken for more of the exterior.
             number(ring.0.len() as f64);

@@ -23,6 +23,8 @@ pub struct Job {
     pub fed: Option<Fed>,
     /// The footprints; `None` takes what stands apart in the points for an object each.
     pub footprints: Option<FootprintSource>,
+    /// The outlines of the roofs, for LoD 2.3: as [`FootprintSource::path`], where the footprints are those of the walls.
+    pub roofprints: Option<PathBuf>,
     /// A file, whose extension chooses the format, or a folder (see [`super::output::model_path`]); or a stream, which gets
     /// CityJSONSeq: `-` for standard output, or a pipe. Only a run into a sink
     /// of one's own (see [`super::run_into`]) may leave it empty; then no model is written to a file.

@@ -24,6 +24,7 @@ mod ordered;
 pub mod output;
 mod parts;
 mod plan;
+mod roofprints;
 mod single;
 mod tiles;
 mod write;

@@ -10,7 +10,7 @@ use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::single::{Look, StandIns};
-use super::{checkpoint, classes, output, single, tiles};
+use super::{checkpoint, classes, output, roofprints, single, tiles};
 use crate::building::{Building, Measures, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
@@ -20,7 +20,7 @@ use crate::site::{Frame, Site};
 use crate::solid::Model;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
-use crate::source::footprints::{self, Footprint, FootprintLayer, Rejected, Within};
+use crate::source::footprints::{self, Footprint, FootprintLayer, FootprintOptions, Rejected, Within};
 use crate::source::points::{self, Extent, Tile, TileProblem};
 use crate::source::raster;
 
@@ -98,7 +98,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let model = has_model.then(|| output::model_path(&job.output, &names, footprint_name.as_deref()));
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));
-    let files = names.len() + usize::from(job.footprints.is_some());
+    let files = names.len() + usize::from(job.footprints.is_some()) + usize::from(job.roofprints.is_some());
 
     journal.stage(Stage::Read, files as u64, |journal| {
         if let Some(report) = report.as_deref().filter(|_| report == model) {
@@ -107,7 +107,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
         let terrain = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
-        let inputs = paths.iter().chain(&terrain).map(PathBuf::as_path).chain(footprint_path);
+        let inputs = paths.iter().chain(&terrain).chain(&job.roofprints).map(PathBuf::as_path).chain(footprint_path);
         output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
@@ -123,7 +123,8 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
         let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
-        let layer = job.footprints.as_ref().map(|source| read_footprints(job, source, &tiles, journal)).transpose()?;
+        let read = |source: &FootprintSource| read_footprints(job, source, &tiles, journal);
+        let layer = job.footprints.as_ref().map(read).transpose()?;
         let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
         let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
@@ -149,9 +150,13 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
         let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
-            let (footprints, rejected, report) = bring(layer, &crs, journal)?;
-            inputs.footprints = Some(report);
+            let (mut footprints, rejected, report) = bring(layer, &crs, journal)?;
             journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
+            if let Some(path) = &job.roofprints {
+                inputs.roofprints = Some(bring_roofs(job, path, &tiles, &mut footprints, &report, &crs, journal)?);
+                journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
+            }
+            inputs.footprints = Some(report);
             (footprints, rejected, false)
         } else {
             let look = Look {
@@ -279,6 +284,28 @@ fn bring(
         id_attribute: layer.id_attribute,
     };
     Ok((layer.footprints, layer.rejected, report))
+}
+
+/// Reads the outlines of roofs and gives them to their footprints, of which `known` tells what was read.
+fn bring_roofs(
+    job: &Job,
+    path: &Path,
+    tiles: &[Tile],
+    footprints: &mut [Footprint],
+    known: &FootprintsReport,
+    crs: &Crs,
+    journal: &Journal<'_>,
+) -> Result<FootprintsReport> {
+    let source = FootprintSource { path: path.to_path_buf(), options: FootprintOptions::default() };
+    let mut layer = read_footprints(job, &source, tiles, journal)?;
+    if layer.crs.is_none() {
+        layer.crs = job.footprints.as_ref().and_then(|source| source.options.crs.clone());
+    }
+    let (roofs, _, report) = bring(layer, crs, journal)?;
+    for warning in roofprints::attach(footprints, &roofs, known.id_attribute.as_deref()) {
+        journal.warn(&format!("{}: {warning}", report.file));
+    }
+    Ok(report)
 }
 
 /// What is to be told of attributes whose names are gable's own, such as those of a model that it made before.

@@ -158,6 +158,7 @@ fn footprint(id: &str, own: &Extent) -> Footprint {
     Footprint {
         id: id.to_owned(),
         polygon: MultiPolygon(vec![rectangle.to_polygon()]),
+        roofprint: None,
         attributes: Map::new(),
         notes: Vec::new(),
     }
@@ -171,6 +172,7 @@ pub(super) fn without_footprint(site: Site) -> Site {
         ground_line: Vec::new(),
         coverage: Coverage { share: 1.0 },
         covered: None,
+        eaves: None,
         ..site
     }
 }

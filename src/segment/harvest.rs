@@ -63,6 +63,8 @@ impl Roles {
 pub(super) struct Harvest {
     /// Building points per footprint, local metres, in no particular order and with duplicates.
     pub points: BTreeMap<usize, Vec<[f64; 3]>>,
+    /// Building points in no footprint, under the roof of one of which the outline is known; as above.
+    pub under_eaves: BTreeMap<usize, Vec<[f64; 3]>>,
     /// Ground points, thinned.
     pub ground: Thinned,
     /// Ground points inside each footprint, thinned less; for each apart, so that no neighbour changes what is kept.
@@ -84,6 +86,7 @@ impl Harvest {
     pub fn new(metres_per_unit: [f64; 3]) -> Self {
         Self {
             points: BTreeMap::new(),
+            under_eaves: BTreeMap::new(),
             ground: Thinned::new(Choice::Central, GROUND_CELL, metres_per_unit),
             inner_ground: BTreeMap::new(),
             lows: Lows::new(metres_per_unit),
@@ -173,10 +176,18 @@ impl Harvest {
                         }
                     }
                     if role.building && building.is_none() && naming.by_place {
+                        let mut is_inside = false;
                         for &index in footprints {
                             let local = to_local(&all.frames[index], position);
                             if all.prepared(index).contains([local[0], local[1]]) {
                                 harvest.points.entry(index).or_default().push(local);
+                                is_inside = true;
+                            }
+                        }
+                        for &index in footprints.iter().filter(|_| !is_inside) {
+                            let local = to_local(&all.frames[index], position);
+                            if all.is_under_roof(index, local) {
+                                harvest.under_eaves.entry(index).or_default().push(local);
                             }
                         }
                     }
@@ -208,6 +219,9 @@ impl Harvest {
     pub fn merge(&mut self, other: Self) {
         for (index, points) in other.points {
             self.points.entry(index).or_default().extend(points);
+        }
+        for (index, points) in other.under_eaves {
+            self.under_eaves.entry(index).or_default().extend(points);
         }
         self.ground.merge(other.ground);
         for (index, ground) in other.inner_ground {

@@ -27,7 +27,7 @@ pub use counts::{DroppedPoints, PointCounts};
 pub use options::{AnyClass, BuildingClasses, GroundLevel, NOISE, SegmentOptions, UseFlagged};
 
 use crate::error::Result;
-use crate::site::{Coverage, Ground, Site};
+use crate::site::{Coverage, Eaves, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
@@ -58,7 +58,7 @@ pub struct Segmentation {
 /// last told, from any thread, and gets to the sum of [`Tile::points`].
 ///
 /// Points outside the footprint, under the eaves' overhang too, are not building points: the footprint is where the
-/// model stands. Only points that name their building ([`Tile::buildings`]) are given to its footprint wherever they lie.
+/// model stands. Where the outline of its roof is known, those under it are the [eaves](Site::eaves). Only points that name their building ([`Tile::buildings`]) are given to its footprint wherever they lie.
 /// Tiles are read on the threads of the current rayon pool.
 ///
 /// # Errors
@@ -135,6 +135,7 @@ fn join(
     // From here on only the polygons in their own frames are asked.
     for footprint in &mut footprints {
         footprint.polygon = MultiPolygon(Vec::new());
+        footprint.roofprint = None;
     }
     let mut harvest = tiles
         .par_iter()
@@ -152,7 +153,7 @@ fn join(
     let mut gathered: Vec<Vec<[f64; 3]>> =
         (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
     let used: Vec<u64> = gathered.iter().map(|points| points.len() as u64).collect();
-    gathered.par_iter_mut().for_each(|points| {
+    gathered.par_iter_mut().chain(harvest.under_eaves.par_iter_mut().map(|(_, points)| points)).for_each(|points| {
         points.sort_unstable_by(lexicographic);
         points.dedup();
     });
@@ -181,12 +182,16 @@ fn join(
     let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut sites = Vec::with_capacity(footprints.len());
     let mut notes = Vec::with_capacity(footprints.len());
-    let places = all.frames.into_iter().zip(all.polygons);
-    for (index, ((footprint, (frame, polygon)), finished)) in
+    let places = all.frames.into_iter().zip(all.polygons).zip(all.roofprints);
+    for (index, ((footprint, ((frame, polygon), roofprint)), finished)) in
         footprints.into_iter().zip(places).zip(finished).enumerate()
     {
         let Finished { points, ground_points, ground, ground_line, coverage, covered } = finished;
         let (id, attributes) = (footprint.id, footprint.attributes);
+        let eaves = roofprint.map(|roof| {
+            let points = harvest.under_eaves.remove(&index).unwrap_or_default();
+            Eaves { outline: roof.polygon, points: points.into_iter().map(Point3::from).collect() }
+        });
         sites.push(Site {
             id,
             frame,
@@ -197,6 +202,7 @@ fn join(
             ground_line,
             coverage,
             covered,
+            eaves,
             attributes,
         });
         let mut own_notes = footprint.notes;

@@ -42,6 +42,14 @@ pub(super) fn polygon_to_local(frame: &Frame, polygon: &MultiPolygon<f64>) -> Mu
     })
 }
 
+/// The outline of a roof.
+pub(super) struct Roofprint {
+    /// In the local metres of its footprint.
+    pub polygon: MultiPolygon<f64>,
+    /// The same, prepared.
+    prepared: PreparedPolygon,
+}
+
 /// All footprints, prepared when they are first asked, and a tree over their boxes.
 pub(super) struct Neighbourhood {
     /// Local frames, one per footprint.
@@ -50,6 +58,8 @@ pub(super) struct Neighbourhood {
     pub polygons: Vec<MultiPolygon<f64>>,
     /// The same, prepared: those far from all points never are.
     prepared: Vec<OnceLock<Box<PreparedPolygon>>>,
+    /// The outlines of their roofs in local metres, where they are known.
+    pub roofprints: Vec<Option<Box<Roofprint>>>,
     tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -63,15 +73,21 @@ impl Neighbourhood {
         let frames: Vec<Frame> = footprints.iter().map(|f| frame_of(&f.polygon, crs)).collect();
         let polygons: Vec<_> = frames.iter().zip(footprints).map(|(f, p)| polygon_to_local(f, &p.polygon)).collect();
         let boxes = footprints.iter().enumerate().filter_map(|(index, footprint)| {
-            let rect = footprint.polygon.bounding_rect()?;
+            // A roof covers its footprint.
+            let rect = footprint.roofprint.as_ref().unwrap_or(&footprint.polygon).bounding_rect()?;
             // A step of slack: the polygons that are asked have been snapped.
             let low = [rect.min().x, rect.min().y].map(|v| v - 2.0 / STEPS_PER_UNIT);
             let high = [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT);
             Some(GeomWithData::new(Rectangle::from_corners(low, high), index))
         });
+        let roofprint = |(frame, footprint): (&Frame, &Footprint)| {
+            let polygon = polygon_to_local(frame, footprint.roofprint.as_ref()?);
+            Some(Box::new(Roofprint { prepared: PreparedPolygon::new(&polygon), polygon }))
+        };
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
         Self {
             tree: RTree::bulk_load(boxes.collect()),
+            roofprints: frames.iter().zip(footprints).map(roofprint).collect(),
             prepared: polygons.iter().map(|_| OnceLock::new()).collect(),
             polygons,
             frames,
@@ -120,6 +136,11 @@ impl Neighbourhood {
         self.prepared(index).contains([x, y])
     }
 
+    /// Whether the roof of footprint `index` lies over a place in its local metres, as far as its outline is known.
+    pub fn is_under_roof(&self, index: usize, local: [f64; 3]) -> bool {
+        self.roofprints[index].as_ref().is_some_and(|roof| roof.prepared.contains([local[0], local[1]]))
+    }
+
     /// A lookup that remembers the square that it was last asked for.
     pub fn lookup(&self) -> Lookup<'_> {
         Lookup { all: self, square: [i64::MIN; 2], wanted: false, inside: Vec::new() }
@@ -135,7 +156,7 @@ pub(super) struct Lookup<'a> {
 }
 
 impl Lookup<'_> {
-    /// The footprints whose boxes touch the square around the place; `None` when nothing is wanted there.
+    /// The footprints whose boxes, or those of their roofs, touch the square around the place; `None` when nothing is wanted there.
     pub fn near(&mut self, position: [f64; 3]) -> Option<&[usize]> {
         let side = self.all.square;
         let square = [0, 1].map(|axis| (position[axis] / side[axis]).floor() as i64);

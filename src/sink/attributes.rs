@@ -61,8 +61,9 @@ pub const ATTRIBUTES: &[Attribute] = &[
         "whether every part is a valid LoD 2.2 solid, and the tiles cover the whole footprint",
         |s| Some((s.building.outcome == Outcome::Lod22).into()),
     ),
-    row("gable_lod", "", "highest level of detail that was reached: 2.2, 1.2 or 0", |s| {
+    row("gable_lod", "", "highest level of detail that was reached: 2.3, 2.2, 1.2 or 0", |s| {
         Some(match s.building.outcome {
+            Outcome::Lod22 | Outcome::Partial { .. } if s.building.model.lod23().next().is_some() => "2.3".into(),
             Outcome::Lod22 | Outcome::Partial { .. } => "2.2".into(),
             Outcome::Lod12 { .. } => "1.2".into(),
             Outcome::FootprintOnly { .. } => "0".into(),
@@ -132,6 +133,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
         |s| number(s.building.measures.rmse_lod22, 3),
     ),
     row(
+        "gable_rmse_lod23",
+        "m",
+        "root mean square of the distances of the points to the nearest face at LoD 2.3",
+        |s| number(s.building.measures.rmse_lod23, 3),
+    ),
+    row(
         "gable_confidence",
         "",
         "how far the model at LoD 2.2 can be trusted, 0 to 1: how sure the field is, less what is missing, in excess, without \
@@ -162,6 +169,7 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_volume_lod12", "m³", "volume at LoD 1.2", |s| number(s.building.measures.volume_lod12, 3)),
     row("gable_volume_lod13", "m³", "volume at LoD 1.3", |s| number(s.building.measures.volume_lod13, 3)),
     row("gable_volume_lod22", "m³", "volume at LoD 2.2", |s| number(s.building.measures.volume_lod22, 3)),
+    row("gable_volume_lod23", "m³", "volume at LoD 2.3", |s| number(s.building.measures.volume_lod23, 3)),
     row("gable_validity_lod12", "", "val3dity codes of the faults at LoD 1.2; empty when valid", |s| {
         // Blocks are valid by construction, and nothing invalid is written.
         s.building.model.lod12().next().map(|_| json!([]))
@@ -173,6 +181,10 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_validity_lod22", "", "val3dity codes of the faults at LoD 2.2; empty when valid", |s| {
         let faults = &s.building.measures.faults_lod22;
         (!faults.is_empty() || s.building.model.lod22().next().is_some()).then(|| json!(faults))
+    }),
+    row("gable_validity_lod23", "", "val3dity codes of the faults at LoD 2.3; empty when valid", |s| {
+        // What would not be valid is left out.
+        s.building.model.lod23().next().map(|_| json!([]))
     }),
     row("gable_point_cloud_source", "", "name of the point cloud, as given", |s| {
         s.point_cloud.source.clone().map(Value::from)

@@ -1,4 +1,4 @@
-//! A building as `CityObject`s: `Building` (LoD 0, attributes) → `BuildingPart` (LoD 1.2, 1.3 and 2.2), as in the 3DBAG.
+//! A building as `CityObject`s: `Building` (LoD 0, attributes) → `BuildingPart` (LoD 1.2, 1.3, 2.2 and 2.3), as in the 3DBAG.
 
 use foldhash::fast::RandomState;
 use std::collections::{HashMap, HashSet};
@@ -81,7 +81,7 @@ impl Encoder {
         whole.geometries.extend(footprint(building, &mut vertices));
         let mut parts = Vec::new();
         for part in building.model.parts.iter().filter(|part| part.solids().next().is_some()) {
-            let solids = [("1.2", &part.lod12), ("1.3", &part.lod13), ("2.2", &part.lod22)];
+            let solids = [("1.2", &part.lod12), ("1.3", &part.lod13), ("2.2", &part.lod22), ("2.3", &part.lod23)];
             let solids = solids.into_iter().filter_map(|(lod, solid)| Some((lod, solid.as_ref()?)));
             let id = self.ids.part(&building.id, parts.len());
             whole.children.push(id.clone());
@@ -153,7 +153,7 @@ fn footprint(building: &Building, vertices: &mut Vertices) -> Option<Geometry> {
     })
 }
 
-/// LoD 1.2, 1.3 or 2.2.
+/// LoD 1.2, 1.3, 2.2 or 2.3.
 fn geometry(building: &Building, solid: &Solid, lod: &str, vertices: &mut Vertices) -> Geometry {
     let indices: Vec<u32> = solid.vertices.iter().map(|&v| vertices.index(v)).collect();
     let in_feature =

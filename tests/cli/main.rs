@@ -26,6 +26,7 @@ mod pipeline;
 mod postgis;
 mod reconstruct;
 mod resume;
+mod roofprint;
 mod simulate;
 mod standing;
 mod streams;

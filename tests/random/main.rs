@@ -64,6 +64,7 @@ fn case(number: u64) -> Case {
         ground: Ground { height: cloud.ground, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: draw.of(&[1.0, 1.0, 0.5]) },
         covered: None,
+        eaves: None,
         attributes: Map::new(),
     };
     thin_out(&mut site, &mut draw);

@@ -31,6 +31,7 @@ impl Tunable for Parameters {
     const ELSEWHERE: &'static [&'static str] = &["lod"];
     const LIMITS: &'static [(&'static str, [f64; 2])] = &[
         ("block_step", [0.0, 1000.0]),
+        ("eaves_thickness", [0.02, 5.0]),
         ("noise_factor", [1.0, 100.0]),
         ("minimum_tolerance", [0.001, 10.0]),
         ("maximum_tolerance", [0.001, 10.0]),

@@ -46,6 +46,12 @@ fn options() -> Vec<OptionSpec> {
             "Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database \
              (`PG:host=… dbname=…`); needed unless `no_footprint`",
         ),
+        OptionSpec::new(
+            "roofprint",
+            Kind::File,
+            "Outlines of the roofs, where the footprints are those of the walls: roofs hang over as far as these reach, at LoD \
+             2.3",
+        ),
         switch("no_footprint", "Take what stands apart in the building points for an object each"),
         text("title", "Title of the city model; the name of the file of footprints when it is not given"),
         switch("overwrite", "Replace files that exist"),
@@ -90,7 +96,7 @@ fn options() -> Vec<OptionSpec> {
             "Number of threads; one per processor when it is not given",
         ),
     ];
-    let lod = "Levels of detail, such as 0,1.2,1.3,2.2: of a reconstruction 0,1.2,2.2 when it is not given; behind \
+    let lod = "Levels of detail, such as 0,1.2,1.3,2.2: of a reconstruction 0,1.2,2.2 when it is not given, and 2.3 with `roofprint`; behind \
                readers.lod2 only these, whatever their names";
     options.push(OptionSpec::new("lod", Kind::Names, lod));
     options.extend(tunings::<FieldOptions>().into_iter().map(OptionSpec::from));
@@ -247,9 +253,11 @@ impl Writer for Lod2Writer {
         if self.values.is_given("lod") {
             let text = self.values.texts("lod").join(",");
             let levels = text.parse().map_err(|_| {
-                self.values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, parted by commas")
+                self.values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, 2.3, parted by commas")
             })?;
             self.job.parameters.lod = levels;
+            let stage = || place.stage.clone();
+            self.job.refuse_contradictions().map_err(|fault| InputError { place: stage(), ..fault })?;
         }
         self.source = Self::source_of(flow, is_last);
         self.flow = flow.clone();

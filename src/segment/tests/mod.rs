@@ -34,7 +34,7 @@ fn crs(metres: f64) -> Crs {
 }
 
 fn footprint(id: &str, polygon: MultiPolygon<f64>) -> Footprint {
-    Footprint { id: id.into(), polygon, attributes: Map::new(), notes: vec![format!("note of {id}")] }
+    Footprint { id: id.into(), polygon, roofprint: None, attributes: Map::new(), notes: vec![format!("note of {id}")] }
 }
 
 fn block(x: [f64; 2], y: [f64; 2]) -> MultiPolygon<f64> {

@@ -63,6 +63,7 @@ impl Scan {
             ground: Ground { height: self.ground, spread: 0.0, source: GroundSource::GroundPoints },
             coverage: Coverage { share: 1.0 },
             covered: None,
+            eaves: None,
             attributes: Map::new(),
         }
     }

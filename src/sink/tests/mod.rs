@@ -95,8 +95,8 @@ fn neighbourhood() -> Vec<Building> {
         ground: 0,
         parts: vec![Part {
             lod12: block(&vec![vec![[0, 0], [80_000, 0], [80_000, 60_000], [0, 60_000]]], 0, 44_000, STEP),
-            lod13: None,
             lod22: Some(gabled_house()),
+            ..Part::default()
         }],
     };
     house.outcome = Outcome::Lod22;

@@ -47,6 +47,9 @@ pub struct Footprint {
     pub id: String,
     /// Valid by the simple-feature rules, exteriors counter-clockwise, z dropped; in the coordinates of the layer's CRS.
     pub polygon: MultiPolygon<f64>,
+    /// The outline of its roof, where one is known and hangs over no other footprint: valid by the simple-feature rules, in
+    /// the same CRS. The footprints of a file have none.
+    pub roofprint: Option<MultiPolygon<f64>>,
     /// All attributes.
     pub attributes: Map<String, Value>,
     /// What was repaired or made up, one sentence each.
@@ -260,7 +263,7 @@ pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn(
             Ok((polygon, repairs)) => {
                 let notes = assigned.note.into_iter().chain(repairs).collect();
                 layer.numbers.push(index);
-                layer.footprints.push(Footprint { id: assigned.id, polygon, attributes, notes });
+                layer.footprints.push(Footprint { id: assigned.id, polygon, roofprint: None, attributes, notes });
             }
             Err(reason) => layer.rejected.push(Rejected { index, id: assigned.id, attributes, reason }),
         }

@@ -7,7 +7,7 @@ use crate::error::{InputError, Result};
 use crate::network::FieldOptions;
 use crate::pipeline::options::{Tunable, Values, tuned};
 use crate::pipeline::source::crs_of;
-use crate::reconstruct::Parameters;
+use crate::reconstruct::{Levels, Parameters};
 use crate::run::{self, FootprintSource, Job};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{Format, PointCloud};
@@ -25,7 +25,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
     }
     if !has_footprints {
-        let needless = ["footprint_crs", "layer", "query", "filter", "id_attribute"]
+        let needless = ["roofprint", "footprint_crs", "layer", "query", "filter", "id_attribute"]
             .into_iter()
             .find(|name| values.is_given(name));
         if let Some(name) = needless {
@@ -53,7 +53,10 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         ground_classes: ground_classes(values)?,
         ..structure(values)?
     };
+    let roofprints = values.text("roofprint").map(PathBuf::from);
+    let parameters = Parameters { lod: Levels::usual(roofprints.is_some()), ..structure::<Parameters>(values)? };
     let job = Job {
+        roofprints,
         footprints: given("footprints").map(|path| FootprintSource { path: path.into(), options }),
         output: filename.to_path_buf(),
         title: given("title"),
@@ -64,7 +67,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         placement: placement(values),
         threads: values.whole("jobs").and_then(|jobs| NonZeroUsize::new(usize::try_from(jobs).ok()?)),
         segmentation,
-        parameters: structure::<Parameters>(values)?,
+        parameters,
         field: structure::<FieldOptions>(values)?,
         point_cloud: PointCloud { source: given("point_cloud_source"), date },
         ..Job::default()

@@ -22,6 +22,7 @@ fn flat() -> Site {
         ground: Ground { height: 1.0, spread: 0.1, source: GroundSource::GroundPoints },
         coverage: Coverage { share: 1.0 },
         covered: None,
+        eaves: None,
         attributes: serde_json::Map::new(),
     }
 }
