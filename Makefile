@@ -87,14 +87,16 @@ plots: setup
 	cargo build --release --locked
 	$$(sh scripts/setup-plots.sh) scripts/plots.py --buildings $(BUILDINGS) $(FRESH)
 
-# The pictures of the documentation: the page of the quick start, and levels of detail, in a headless Chromium.
+# The pictures of the documentation: the page of the quick start, levels of detail, and the steps of the method, in a headless
+# Chromium.
 picture: $(MODEL)
 	sh scripts/picture.sh
 	sh scripts/picture.sh out/delft.html docs/page.png 'theme=light&colour=rmse&id=NL.IMBAG.Pand.0503100000017310'
 	sh scripts/picture-levels.sh
 	sh scripts/picture-terrain.sh
+	sh scripts/picture-method.sh
 
-# The page of gable view from its sources, by npm: after a change in src/view/page.
+# The pages of gable view and gable explain from their sources, by npm: after a change in src/view/page or src/explain/page.
 page:
 	sh scripts/page.sh
 

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Makes the page of `gable view` (src/view/page/dist/page.html) from its sources; with --check only says whether it is stale.
+# Makes the pages of `gable view` and `gable explain` (src/*/page/dist/page.html) from their sources; with --check only says
+# whether they are stale.
 # Needs node and npm: three.js and esbuild, as pinned in src/view/page/package-lock.json, go into .tools/page. With --check
 # and without node it says that it was skipped.
 set -eu

@@ -25,10 +25,10 @@
 //! - [`simulate`] makes buildings and scans of them to train and measure with.
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
-//! - [`view`] makes a page to look at a city model in.
+//! - [`view`] makes a page to look at a city model in, [`explain`] one of how a building was made.
 //! - [`capi`] is the C interface.
 //!
-//! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view} → {convert, run, simulate} → {source,
+//! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view, explain} → {convert, run, simulate} → {source,
 //! segment, terrain, sink, network} → reconstruct →
 //! completeness → {solid, site} → geometry`.
 
@@ -43,6 +43,7 @@ pub mod completeness;
 pub mod convert;
 pub mod error;
 pub mod evaluate;
+pub mod explain;
 pub mod geometry;
 mod guard;
 pub mod network;

@@ -1,4 +1,4 @@
-//! Options of `gable reconstruct` from a file and from presets.
+//! Options of `gable reconstruct`, and of `gable explain`, from a file and from presets.
 //!
 //! A configuration is TOML with the names of the options. What is given on the command line goes before it, and it before
 //! the preset; all become words of the command line, so that one grammar reads them.
@@ -53,16 +53,21 @@ impl Preset {
     }
 }
 
+/// The commands that take a configuration: it is written for the first, and the others take of it what they have.
+const COMMANDS: [&str; 2] = ["reconstruct", "explain"];
+/// What a configuration says of the model is not meant for a page.
+const OF_MODEL: [&str; 2] = ["output", "overwrite"];
+
 /// The words of the command line with those of its configuration and its preset; `command` is the grammar.
 ///
 /// # Errors
 /// The configuration cannot be read, is no TOML, or has an option that does not exist.
 pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Result<Vec<OsString>, Error> {
-    const NAME: &str = "reconstruct";
-    if words.get(1).is_none_or(|name| name != NAME) {
+    let Some(command_name) = words.get(1).and_then(|name| COMMANDS.into_iter().find(|known| name == known)) else {
         return Ok(words);
-    }
-    let Some(grammar) = command.find_subcommand_mut(NAME) else { return Ok(words) };
+    };
+    let whole = command.find_subcommand_mut(COMMANDS[0]).map(|grammar| grammar.clone().no_binary_name(true));
+    let Some((whole, grammar)) = whole.zip(command.find_subcommand_mut(command_name)) else { return Ok(words) };
     let grammar = grammar.clone().no_binary_name(true).ignore_errors(true);
     // What is wrong with the words is told when all of them are together.
     let Ok(given) = grammar.clone().try_get_matches_from(&words[2..]) else { return Ok(words) };
@@ -85,9 +90,10 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
         if name == "tiles" {
             tiles = options::texts(&name, &value).map_err(fault)?;
         } else if !is_given(&given, &name) {
-            others.extend(
-                options::word(&options::CONFIGURATION, &grammar, &name, &value).map_err(fault)?.map(OsString::from),
-            );
+            let word = options::word(&options::CONFIGURATION, &whole, &name, &value).map_err(fault)?;
+            let is_there = grammar.get_arguments().any(|argument| argument.get_long() == Some(name.as_str()));
+            let is_meant = command_name == COMMANDS[0] || is_there && !OF_MODEL.contains(&name.as_str());
+            others.extend(word.filter(|_| is_meant).map(OsString::from));
         }
     }
     if is_given(&given, "tiles") {

@@ -256,15 +256,16 @@ fn agreement(points: &Agreement, overall: &Overall) -> Vec<Vec<String>> {
     ];
     let mut distances = |name: &str, summary: Option<DistanceSummary>| {
         let Some(s) = summary else { return };
-        rows.push(row(&format!("{name}, median"), metres(Some(s.median))));
+        rows.push(row(name, metres(Some(s.median))));
         rows.push(row("  90th percentile", metres(Some(s.p90))));
-        rows.push(row("  root mean square", metres(Some(s.rmse))));
+        rows.push(row("  root mean square (RMS)", metres(Some(s.rmse))));
         rows.push(row("  within 0.1 m", share(s.within_0_1)));
         rows.push(row("  within 0.2 m", share(s.within_0_2)));
         rows.push(row("  within 0.5 m", share(s.within_0_5)));
     };
-    distances("vertical distance to the roof", points.vertical);
-    distances("distance to the nearest face", points.orthogonal);
+    // Unlike the RMSE of a run, which is of each building.
+    distances("vertical to the roof, all points at once: median", points.vertical);
+    distances("to the nearest face, all points at once: median", points.orthogonal);
     rows.push(row("point over its roof, signed median", metres(points.vertical.map(|v| v.offset))));
     if let Some(tops) = overall.tops {
         rows.push(row("tops over the highest point", format!("of {} buildings", number(tops.buildings))));

@@ -9,11 +9,13 @@
 mod config;
 mod convert;
 mod evaluate;
+mod explain;
 mod field;
 mod flags;
 mod held_out;
 mod info;
 mod interrupt;
+mod making;
 pub mod options;
 mod output;
 #[cfg(feature = "pipelines")]
@@ -63,6 +65,8 @@ Examples:
     gable convert city.city.json -o city.gpkg
   What does it look like, and where is it at fault?
     gable view city.city.json --points tiles/*.laz
+  How was this building made?
+    gable explain tiles/*.laz --footprints footprints.gpkg --id b17 -o b17.html
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -107,6 +111,8 @@ enum Command {
     Merge(convert::MergeArgs),
     /// Write a page to look at a city model in: one HTML file, with the points and the faults
     View(view::Args),
+    /// Write a page that shows how one building is made, step by step
+    Explain(Box<explain::Args>),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
     /// Write what a shell needs to complete commands and options
@@ -144,6 +150,7 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::main(args),
         Command::Merge(args) => convert::merge(args),
         Command::View(args) => view::main(&args),
+        Command::Explain(args) => explain::main(*args),
         Command::Simulate(args) => simulate::main(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),

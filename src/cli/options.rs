@@ -190,8 +190,12 @@ pub(super) fn texts(name: &str, value: &Value) -> Result<Vec<String>, InputError
         Value::Array(values) if !values.iter().any(|value| value.is_array() || value.is_object()) => {
             Ok(values.iter().map(|value| texts(name, value)).collect::<Result<Vec<_>, _>>()?.concat())
         }
-        other => Err(InputError::new(NAME, redacted(&other.to_string()), "a text, a number, true, false or an array of them")
-            .at(format!("\"{name}\""))),
+        other => Err(InputError::new(
+            NAME,
+            redacted(&other.to_string()),
+            "a text, a number, true, false or an array of them",
+        )
+        .at(format!("\"{name}\""))),
     }
 }
 

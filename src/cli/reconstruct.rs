@@ -1,22 +1,16 @@
 //! `gable reconstruct`: points and footprints in, a city model out.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use super::config::ConfigArgs;
-use super::field::FieldArgs;
 use super::flags::Flags;
+use super::making::MakingArgs;
 use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
-use crate::segment::{BuildingClasses, SegmentOptions};
+use crate::run::{Job, recording_date, run};
 use crate::sink::{PointCloud, is_stream};
-use crate::source::crs::Crs;
-use crate::source::footprints::FootprintOptions;
-use crate::source::points::{Placement, Unit, UpAxis};
 use crate::terrain::TerrainOptions;
 
 const EXAMPLES: &str = "\
@@ -61,22 +55,8 @@ Exit codes:
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
-    /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns
-    #[arg(required = true, value_name = "TILES")]
-    tiles: Vec<String>,
-
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
-    /// ("PG:host=… dbname=…")
-    #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
-    footprints: Option<PathBuf>,
-
-    /// Outlines of the roofs, where the footprints are those of the walls: roofs hang over as far as these reach, at LoD 2.3
-    #[arg(long, value_name = "FILE", conflicts_with = "no_footprint")]
-    roofprint: Option<PathBuf>,
-
-    /// Take what stands apart in the building points for an object each
-    #[arg(long)]
-    no_footprint: bool,
+    #[command(flatten)]
+    making: MakingArgs,
 
     /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles), a folder, or `-` for CityJSONSeq to
     /// standard output
@@ -103,46 +83,6 @@ pub struct Args {
     #[arg(long)]
     view: bool,
 
-    /// CRS of the tiles, such as EPSG:7415; goes before what they say
-    #[arg(long, value_name = "CRS")]
-    crs: Option<String>,
-
-    /// Unit of the coordinates of points without a CRS, with --no-footprint [default: m]
-    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"])]
-    unit: Option<Unit>,
-
-    /// Axis that points up in points without a CRS, with --no-footprint [default: z]
-    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"])]
-    up_axis: Option<UpAxis>,
-
-    /// CRS of the footprints; goes before what the file says
-    #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
-    footprint_crs: Option<String>,
-
-    /// Layer or table of the footprints, if there are several
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    layer: Option<String>,
-
-    /// SELECT that gives the footprints of a database, instead of a layer
-    #[arg(long, value_name = "SQL", conflicts_with_all = ["no_footprint", "layer"])]
-    query: Option<String>,
-
-    /// Only footprints whose attributes satisfy this, such as "status = 'in use' AND height > 3"
-    #[arg(long, value_name = "EXPRESSION", conflicts_with = "no_footprint")]
-    filter: Option<String>,
-
-    /// Attribute that holds the ids of the buildings [default: guessed]
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    id_attribute: Option<String>,
-
-    /// Classes of building points, such as 1,6; "any" for clouds that are not classified
-    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes)]
-    building_class: BuildingClasses,
-
-    /// Classes of ground points
-    #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
-    ground_class: Vec<u8>,
-
     /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are),
     /// 2.3 (roofs that hang over) [default: 0,1.2,2.2, and 2.3 with --roofprint]
     #[arg(long, value_name = "LEVELS")]
@@ -160,10 +100,6 @@ pub struct Args {
     #[arg(long, value_name = "DATE", value_parser = recording_date)]
     point_cloud_date: Option<String>,
 
-    /// Number of threads [default: one per processor]
-    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    jobs: Option<NonZeroUsize>,
-
     /// Say nothing but errors
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
@@ -171,19 +107,6 @@ pub struct Args {
     /// Say what became of every building
     #[arg(short, long)]
     verbose: bool,
-
-    // Spelt out before this grammar reads the words; see there.
-    #[command(flatten)]
-    _config: ConfigArgs,
-
-    #[command(flatten)]
-    field: FieldArgs,
-
-    #[command(flatten)]
-    segmentation: Flags<SegmentOptions>,
-
-    #[command(flatten)]
-    parameters: Flags<Parameters>,
 
     #[command(flatten)]
     terrain_options: Flags<TerrainOptions>,
@@ -231,16 +154,6 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
-        if self.footprints.is_none() && !self.no_footprint {
-            let fault = InputError::new("--footprints", "none", "the file of the outlines of the buildings");
-            return Err(fault.remedy("Without outlines --no-footprint takes what stands apart for a building each"));
-        }
-        let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
-        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
-        let (layer, query) = (self.layer, self.query);
-        let (filter, id_attribute) = (self.filter, self.id_attribute);
-        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.roofprint.is_some()));
-        let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
         let terrain_options = self.terrain_options.0;
         if !self.terrain && terrain_options != TerrainOptions::default() {
             let fault =
@@ -249,37 +162,21 @@ impl Args {
                 fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
             );
         }
+        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.roofprint.is_some()));
+        let job = self.making.into_job()?;
+        let parameters = Parameters { lod: levels, ..job.parameters };
         let job = Job {
-            tiles: self.tiles,
-            fed: None,
-            footprints: self.footprints.map(|path| FootprintSource { path, options }),
-            roofprints: self.roofprint,
             output: self.output,
             title: self.title,
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,
-            crs: self.crs,
-            placement: Placement::given(self.unit, self.up_axis),
-            threads: self.jobs,
-            segmentation: SegmentOptions {
-                building_classes: self.building_class,
-                ground_classes: self.ground_class,
-                ..self.segmentation.0
-            },
-            parameters: Parameters { lod: levels, ..self.parameters.0 },
-            field: self.field.into(),
+            parameters,
             terrain: self.terrain.then_some(terrain_options),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
-            command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+            ..job
         };
         job.refuse_contradictions()?;
         Ok(job)
     }
-}
-
-/// A number of threads.
-pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let threads = text.trim().parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS as usize);
-    threads.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} is expected"))
 }

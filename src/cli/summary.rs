@@ -33,7 +33,7 @@ pub fn building(building: &BuildingReport) -> String {
     if building.points > 0 {
         parts.push(format!("{} points", thousands(building.points as u64)));
     }
-    parts.extend(building.rmse_lod22.map(|rmse| format!("RMSE {rmse:.2} m")));
+    parts.extend(building.rmse_lod22.map(|rmse| format!("points {rmse:.2} m (RMSE) from its faces")));
     parts.push(format!("{:.0} ms", building.wall_ms));
     if building.resumed {
         parts.push("from an earlier run".to_owned());
@@ -100,7 +100,8 @@ pub fn summary(report: &Report) -> String {
     rows.push(vec!["points in footprints".into(), thousands(counts.points)]);
     let mut lines = Vec::new();
     if let Some(Percentiles { p50, p90, max, .. }) = report.quality.rmse_lod22 {
-        lines.push(("RMSE LoD 2.2", format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst")));
+        let buildings = format!("{p50:.3} m median, {p90:.3} m at 90 %, {max:.3} m at worst");
+        lines.push(("RMSE LoD 2.2", format!("{buildings}: points to the nearest face, per building")));
     }
     let faults = &report.quality.completeness;
     if faults.buildings > 0 {

@@ -13,8 +13,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
 use super::Outcome;
+use super::making::threads;
 use super::output::{duration, print, say};
-use super::reconstruct::threads;
 use crate::error::{Error, InputError, Result};
 use crate::network::{Field, FieldOptions, NetworkFile};
 use crate::reconstruct::Parameters;
@@ -283,7 +283,7 @@ const FIGURES: [Figure; 17] = [
     ("Volume IoU of the model, %, mean", |f| f.volume_iou, percent),
     ("Hausdorff distance, % of R, median", |f| f.hausdorff, percent),
     ("Symmetric mean Hausdorff distance, % of R, median", |f| f.symmetric_mean, percent),
-    ("Roof RMSE, m, median", |f| f.roof_rmse, |value| format!("{value:.3}")),
+    ("Roof RMSE (model to true roof, per building), m, median", |f| f.roof_rmse, |value| format!("{value:.3}")),
     ("Faces, mean", |f| f.faces_mean, |value| format!("{value:.1}")),
     ("Faces, median", |f| f.faces_median, |value| format!("{value:.1}")),
     ("Closed and valid LoD 2.2, % of buildings", |f| f.lod22, percent),

@@ -1,7 +1,7 @@
 //! What the labelling is told: the occupancy of the cells, and which facets the evidence asks for.
 
 use super::complex::{self, OUTSIDE};
-use super::labelling::{self, Evidence};
+use super::labelling::{self, Cost, Evidence};
 use super::{Hypotheses, Parameters, Partitioned};
 use crate::geometry::Aabb;
 
@@ -9,13 +9,36 @@ use crate::geometry::Aabb;
 /// says whether nothing may hang over. Nor may anything where the scan saw nothing under a roof: what a field makes of
 /// walls that it must guess is no overhang.
 pub fn label(building: &Partitioned, occupancy: &[f64], height_field: bool, parameters: &Parameters) -> Vec<bool> {
+    with_evidence(building, occupancy, height_field, |evidence| {
+        labelling::label(&building.complex, evidence, &parameters.labelling)
+    })
+}
+
+/// What labels cost by the same evidence.
+pub(super) fn cost(
+    building: &Partitioned,
+    occupancy: &[f64],
+    height_field: bool,
+    parameters: &Parameters,
+    inside: &[bool],
+) -> Cost {
+    with_evidence(building, occupancy, height_field, |evidence| {
+        labelling::cost(&building.complex, evidence, &parameters.labelling, inside)
+    })
+}
+
+fn with_evidence<T>(
+    building: &Partitioned,
+    occupancy: &[f64],
+    height_field: bool,
+    ask: impl FnOnce(&Evidence) -> T,
+) -> T {
     let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
     let height_field = height_field || !hypotheses.shows_overhang;
     let areas = complex.facet_areas();
     let support = facet_support(complex, hypotheses, fixed);
     let noise = hypotheses.noise;
-    let evidence = Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field, noise };
-    labelling::label(complex, &evidence, &parameters.labelling)
+    ask(&Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field, noise })
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their

@@ -155,6 +155,7 @@ mod tests {
             roof_points: Vec::new(),
             strays: Vec::new(),
             fit: None,
+            steps: None,
             overhanging: None,
         }
     }

@@ -32,6 +32,7 @@ mod rounds;
 pub(crate) mod semantics;
 mod standing;
 mod stepped;
+mod steps;
 pub mod surface;
 mod unmodelled;
 
@@ -41,6 +42,7 @@ pub use hypotheses::{Hypotheses, StrayWall};
 pub use levels::{Level, Levels};
 pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
+pub use steps::{Asked, Cut, Partitioning, Steps, Surfaced};
 
 use std::borrow::Cow;
 
@@ -65,17 +67,42 @@ use surface::{Labelled, SurfaceParameters};
 /// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
 /// [`Measures::setbacks`].
 pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
+    reconstruct_and_tell(site, parameters, field, Telling::Result).0
+}
+
+/// The same, with what each step made of it. The building is that of [`reconstruct`], to the last bit.
+pub fn reconstruct_in_steps(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> (Building, Steps) {
+    let (building, steps) = reconstruct_and_tell(site, parameters, field, Telling::Steps);
+    (building, steps.map(|steps| *steps).unwrap_or_default())
+}
+
+/// What is told of a building.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Telling {
+    /// What came out.
+    Result,
+    /// The steps on the way, too.
+    Steps,
+}
+
+fn reconstruct_and_tell(
+    site: &Site,
+    parameters: &Parameters,
+    field: &dyn Occupancy,
+    telling: Telling,
+) -> (Building, Option<Box<Steps>>) {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points, strays, fit, .. } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps, .. } = match stands {
         Ok(()) => {
             let whole = footprint::parted(&standing.site);
-            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, None, parameters, field))
+            let try_with = |parameters: &Parameters| attempt(&standing.site, &whole, None, parameters, field, telling);
+            ladder::descend(parameters, try_with)
         }
-        Err(failure) => Attempt::failed(site, failure),
+        Err(failure) => Attempt::failed(site, failure, telling.begin(site, parameters)),
     };
     measures.open_ground = standing.open_ground;
     measures.floor_depth = floor_depth::range(site);
@@ -168,14 +195,14 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
     parameters.lod.keep(&mut model);
-    Building {
-        id: site.id.clone(),
-        frame: site.frame,
-        attributes: site.attributes.clone(),
-        model,
-        outcome,
-        measures,
-        notes,
+    let (id, attributes) = (site.id.clone(), site.attributes.clone());
+    (Building { id, frame: site.frame, attributes, model, outcome, measures, notes }, steps)
+}
+
+impl Telling {
+    /// The steps of an attempt, if they are to be told.
+    fn begin(self, site: &Site, parameters: &Parameters) -> Option<Box<Steps>> {
+        (self == Self::Steps).then(|| Box::new(Steps::begin(site, parameters)))
     }
 }
 
@@ -230,11 +257,13 @@ struct Attempt {
     fit: Option<Fit>,
     /// The solids of LoD 2.3, or why there are none, where they were asked for.
     overhanging: Option<Result<Vec<Solid>, String>>,
+    /// What each step made of it, if that is to be told.
+    steps: Option<Box<Steps>>,
 }
 
 impl Attempt {
     /// None was made.
-    fn failed(site: &Site, failure: Failure) -> Self {
+    fn failed(site: &Site, failure: Failure, steps: Option<Box<Steps>>) -> Self {
         let measures = first_measures(site);
         Self {
             measures,
@@ -244,6 +273,7 @@ impl Attempt {
             strays: Vec::new(),
             fit: None,
             overhanging: None,
+            steps,
         }
     }
 }
@@ -268,18 +298,20 @@ fn attempt(
     walls: Option<&MultiPolygon<f64>>,
     parameters: &Parameters,
     field: &dyn Occupancy,
+    telling: Telling,
 ) -> Attempt {
+    let steps = telling.begin(whole, parameters);
     let detected = match Detected::new(whole, parameters) {
         Ok(detected) => detected,
-        Err(failure) => return Attempt::failed(site, failure),
+        Err(failure) => return Attempt::failed(site, failure, steps),
     };
-    let first = attempt_with(site, whole, walls, detected.clone(), parameters, field);
+    let first = attempt_with(site, whole, walls, detected.clone(), parameters, field, steps.clone());
     let Err(worse) = &first.result else { return first };
     let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
     if worse.reason != Reason::WorseThanBlock || by_vote {
         return first;
     }
-    let mut second = attempt_with(site, whole, walls, detected, parameters, &occupancy::HeightField);
+    let mut second = attempt_with(site, whole, walls, detected, parameters, &occupancy::HeightField, steps);
     if second.result.is_err() {
         return first;
     }
@@ -295,10 +327,12 @@ fn attempt_with(
     detected: Detected,
     parameters: &Parameters,
     field: &dyn Occupancy,
+    steps: Option<Box<Steps>>,
 ) -> Attempt {
-    let mut solution = Solution { measures: first_measures(whole), walls: walls.cloned(), ..Solution::default() };
+    let mut solution =
+        Solution { measures: first_measures(whole), walls: walls.cloned(), steps, ..Solution::default() };
     let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    let Solution { measures, outline, solids, roof_points, strays, overhanging, .. } = solution;
+    let Solution { measures, outline, solids, roof_points, strays, overhanging, steps, .. } = solution;
     let scanned = fit::Scanned {
         site,
         roof_points: &roof_points,
@@ -307,7 +341,7 @@ fn attempt_with(
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
-    Attempt { measures, outline, result, roof_points, strays, fit, overhanging }
+    Attempt { measures, outline, result, roof_points, strays, fit, overhanging, steps }
 }
 
 /// What the method made of the planes that it was given.
@@ -327,11 +361,16 @@ struct Solution {
     walls: Option<MultiPolygon<f64>>,
     /// The solids on these, or why there are none.
     overhanging: Option<Result<Vec<Solid>, String>>,
+    /// What each step made of it, if that is to be told.
+    steps: Option<Box<Steps>>,
 }
 
 impl Solution {
     /// Notes what a building shows before anything is decided about its cells.
     fn measure(&mut self, building: &Partitioned) {
+        if let Some(steps) = &mut self.steps {
+            steps.part(building);
+        }
         let Partitioned { site, hypotheses, complex, .. } = building;
         if site.footprint.is_none() {
             self.outline.clone_from(&hypotheses.outline);
@@ -361,6 +400,9 @@ impl Solution {
         let measures = &mut self.measures;
         measures.field_fallback.clone_from(fallback);
         let inside = label(building, occupancy, *height_field, parameters);
+        if let Some(steps) = &mut self.steps {
+            steps.decide(building, decision, &inside);
+        }
         if !inside.contains(&true) {
             return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
         }
@@ -372,6 +414,9 @@ impl Solution {
         let extraction = surface::extract(&labelled, site.frame.step(), &surface_parameters).map_err(|error| {
             Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
         })?;
+        if let Some(steps) = &mut self.steps {
+            steps.extract(&extraction);
+        }
         let walls = self.walls.as_ref();
         self.overhanging = walls
             .map(|walls| overhanging::of_cells(building, &extraction.inside, &extraction.shells, walls, parameters));
@@ -380,6 +425,9 @@ impl Solution {
         let mut solids = Vec::with_capacity(extraction.shells.len());
         for mut shell in extraction.shells {
             semantics::assign(&mut shell.solid, &shell.planes, hypotheses.footprint.as_ref(), &confidence);
+            if let Some(steps) = &mut self.steps {
+                steps.close(&shell.solid);
+            }
             let faults = validate::check(&shell.solid, &validate::Tolerances::written());
             if let Some(first) = faults.first() {
                 let mut codes: Vec<u16> = faults.iter().map(|fault| fault.code).collect();

@@ -14,7 +14,7 @@ use super::primitives::trace::{self, Trace};
 use super::primitives::walls::Walls;
 use super::standing::Standing;
 use super::surface::{self, Labelled, Shell, SurfaceParameters};
-use super::{Parameters, Partitioned, attempt, footprint, ladder, semantics};
+use super::{Parameters, Partitioned, Telling, attempt, footprint, ladder, semantics};
 use crate::geometry::{Aabb, Cover, Plane};
 use crate::solid::Solid;
 use crate::validate;
@@ -51,7 +51,8 @@ pub(super) fn of_site(
     roofs.points.dedup();
     let roofs = roofs.with_footprint(&walls.union(&eaves.outline));
     let whole = footprint::parted(&roofs);
-    let attempt = ladder::descend(parameters, |parameters| attempt(&roofs, &whole, Some(walls), parameters, field));
+    let try_with = |parameters: &Parameters| attempt(&roofs, &whole, Some(walls), parameters, field, Telling::Result);
+    let attempt = ladder::descend(parameters, try_with);
     match (attempt.result, attempt.overhanging) {
         (Err(failure), _) => Err(failure.detail),
         (Ok(_), Some(overhanging)) => overhanging,

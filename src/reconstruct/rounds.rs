@@ -43,6 +43,9 @@ pub(super) fn solve(
             .map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
         Ok(if is_height_field || asks_last { vote } else { Decision::new(field, building, vote) })
     };
+    if let Some(steps) = &mut solution.steps {
+        steps.detect(&detected);
+    }
     let partitioned = Partitioned::with(site, &detected, parameters);
     if partitioned.as_ref().is_err_and(|failure| failure.reason == Reason::TooComplex) {
         solution.measure_roofs(site, &detected.roofs);
@@ -73,6 +76,9 @@ pub(super) fn solve(
         let Some(revised) = detected.revised(site, &parts, parameters) else { break };
         let Ok(next_building) = Partitioned::with(site, &revised, parameters) else { break };
         let mut next = solution.clone();
+        if let Some(steps) = &mut next.steps {
+            steps.detect(&revised);
+        }
         next.measure(&next_building);
         let Ok(next_decision) = decide(&next_building) else { break };
         if next.build(&next_building, &next_decision, parameters).is_err() {

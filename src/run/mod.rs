@@ -13,6 +13,7 @@
 mod buildings;
 mod checkpoint;
 mod checks;
+mod chosen;
 mod classes;
 mod feed;
 mod identity;
@@ -41,6 +42,7 @@ use std::path::PathBuf;
 use journal::Journal;
 
 pub use checks::{MOST_THREADS, recording_date};
+pub use chosen::{Chosen, chosen};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
 pub use observer::{Event, Observer, Silent, Stage};

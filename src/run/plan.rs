@@ -53,6 +53,35 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// The footprints whose points are to be collected.
+    pub(super) fn footprints(&self) -> &[Footprint] {
+        &self.footprints
+    }
+
+    /// The features without a usable polygon.
+    pub(super) fn rejected(&self) -> &[Rejected] {
+        &self.rejected
+    }
+
+    /// The same with these tiles alone, and without anything to be written.
+    pub(super) fn at(&self, tiles: Vec<Tile>) -> Self {
+        Self {
+            tiles,
+            crs: self.crs.clone(),
+            crs_report: self.crs_report.clone(),
+            model: None,
+            report: None,
+            title: self.title.clone(),
+            inputs: Inputs::default(),
+            footprints: self.footprints.clone(),
+            rejected: Vec::new(),
+            continues: false,
+            segmentation: self.segmentation.clone(),
+            has_stand_ins: self.has_stand_ins,
+            ground: None,
+        }
+    }
+
     /// The files to be written.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
         self.model.iter().chain(&self.report).map(PathBuf::as_path)

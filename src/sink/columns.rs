@@ -65,7 +65,9 @@ pub(super) struct Column {
 pub(super) struct Columns {
     list: Vec<Column>,
     index: HashMap<String, usize>,
-    /// Names that are taken, in lower case.
+    /// Names that the format has columns of, in lower case.
+    reserved: Vec<String>,
+    /// Names that attributes have, in lower case.
     taken: HashMap<String, usize>,
     rows: usize,
 }
@@ -73,8 +75,7 @@ pub(super) struct Columns {
 impl Columns {
     /// No columns; these names are taken by columns that every table of the format has.
     pub(super) fn new(reserved: &[&str]) -> Self {
-        let taken = reserved.iter().map(|name| (name.to_lowercase(), 1)).collect();
-        Self { taken, ..Self::default() }
+        Self { reserved: reserved.iter().map(|name| name.to_lowercase()).collect(), ..Self::default() }
     }
 
     /// Takes the attributes of another row into account.
@@ -92,11 +93,14 @@ impl Columns {
     }
 
     fn add(&mut self, attribute: &str) -> usize {
-        let mut name = attribute.to_owned();
+        // As elsewhere, what the source says under a name that is another's is of the source.
+        let of_format = self.reserved.contains(&attribute.to_lowercase());
+        let own = if of_format { format!("source_{attribute}") } else { attribute.to_owned() };
+        let mut name = own.clone();
         // Names that differ in case alone are one name in SQL.
         while let Some(count) = self.taken.get_mut(&name.to_lowercase()) {
             *count += 1;
-            name = format!("{attribute}_{count}");
+            name = format!("{own}_{count}");
         }
         self.taken.insert(name.to_lowercase(), 1);
         self.list.push(Column { attribute: attribute.to_owned(), name, kind: None, values: 0 });
@@ -188,7 +192,7 @@ mod tests {
     #[test]
     fn names_that_differ_in_case_alone_become_different() {
         let names: Vec<String> =
-            columns(&[json!({"id": 1, "Id": 2, "id_2": 3, "x": 4, "X": 5})]).into_iter().map(|c| c.0).collect();
-        assert_eq!(names, ["id_2", "Id_3", "id_2_2", "x", "X_2"]);
+            columns(&[json!({"id": 1, "Id": 2, "source_id": 3, "x": 4, "X": 5})]).into_iter().map(|c| c.0).collect();
+        assert_eq!(names, ["source_id", "source_Id_2", "source_id_3", "x", "X_2"]);
     }
 }

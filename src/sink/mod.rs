@@ -93,7 +93,7 @@ pub enum Format {
     CityJsonSeq,
     /// 3D Tiles 1.1: a folder with `tileset.json` and binary glTF.
     Tileset,
-    /// `GeoPackage` 1.4: footprints and faces.
+    /// `GeoPackage` 1.3: footprints and faces.
     GeoPackage,
     /// Wavefront OBJ, with an MTL file beside it.
     Obj,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rstar::primitives::Rectangle;
 use rstar::{AABB, RTree};
 
-use super::payload::steps;
+use super::packed::steps;
 use crate::error::{InputError, Result};
 use crate::geometry::Random;
 use crate::segment::NOISE;
@@ -22,7 +22,7 @@ const COLUMN: i64 = 4_000;
 
 /// A sample of the points around the features.
 #[derive(Debug, Default)]
-pub(super) struct Cloud {
+pub(crate) struct Cloud {
     /// The points in steps of the page, with their classes.
     pub points: Vec<([i64; 3], u8)>,
     /// How many there are around the features.
@@ -31,16 +31,41 @@ pub(super) struct Cloud {
     pub problems: Vec<TileProblem>,
 }
 
+/// The same of files.
+///
+/// # Errors
+/// A tile cannot be opened, or it says that it is in another CRS than the model.
+pub(super) fn sample_files(
+    files: &[PathBuf],
+    most: usize,
+    boxes: &[[[f64; 2]; 2]],
+    (frame, crs): (&Frame, Option<&Crs>),
+) -> Result<Cloud> {
+    let open = |path: &PathBuf| -> Result<Tile> {
+        let tile = Tile::open(path)?;
+        if let (Some(ours), Some(theirs)) = (crs, &tile.crs)
+            && !ours.is_same_horizontally(theirs)
+        {
+            let expected = format!("{}, that of the model", ours.name);
+            return Err(InputError::new(path, format!("the CRS {}", theirs.name), expected)
+                .remedy("Show a model with tiles in its own CRS")
+                .into());
+        }
+        Ok(tile)
+    };
+    sample(files.iter().map(open), most, boxes, frame)
+}
+
 /// At most `most` points of the tiles within 3 m of a box, each as likely as the others (algorithm R: Vitter 1985, with a
 /// fixed seed). Withheld points and noise are left out.
 ///
 /// # Errors
-/// A tile cannot be opened, or it says that it is in another CRS than the model.
-pub(super) fn sample(
-    tiles: &[PathBuf],
+/// A tile cannot be read any more.
+pub(crate) fn sample(
+    tiles: impl IntoIterator<Item = Result<Tile>>,
     most: usize,
     boxes: &[[[f64; 2]; 2]],
-    (frame, crs): (&Frame, Option<&Crs>),
+    frame: &Frame,
 ) -> Result<Cloud> {
     let widened =
         boxes.iter().map(|[low, high]| Rectangle::from_corners(low.map(|v| v - MARGIN), high.map(|v| v + MARGIN)));
@@ -52,16 +77,8 @@ pub(super) fn sample(
     };
     let mut cloud = Cloud::default();
     let mut random = Random::new(0);
-    for path in tiles {
-        let tile = Tile::open(path)?;
-        if let (Some(ours), Some(theirs)) = (crs, &tile.crs)
-            && !ours.is_same_horizontally(theirs)
-        {
-            let expected = format!("{}, that of the model", ours.name);
-            return Err(InputError::new(path, format!("the CRS {}", theirs.name), expected)
-                .remedy("Show a model with tiles in its own CRS")
-                .into());
-        }
+    for tile in tiles {
+        let tile = tile?;
         let reading = tile.stream(Some(&wanted), &mut |block| {
             for point in block.points().filter(|p| !p.withheld && !NOISE.contains(&p.class)) {
                 let local = frame.to_local(point.position);

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::payload::{STEPS_PER_METRE, steps};
+use super::packed::{STEPS_PER_METRE, steps};
 use crate::geometry::{newell, triangle_indices};
 use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, Geometry, GeometryKind, SemanticSurface};

@@ -5,16 +5,17 @@
 //! the file holds; gable's own attributes ([`ATTRIBUTES`](crate::sink::ATTRIBUTES)) open more colourings, and those of other
 //! makers can be coloured by too.
 //!
-//! - `payload` is what the page is given, and how it is packed.
+//! - `payload` is what the page is given, `packed` how it is packed.
 //! - `feature` turns a top-level object into faces, triangles and edges; `faults` says which of them are at fault.
 //! - `cloud` picks the points around the buildings.
 //! - `record` reads the report of the run that made the model.
 //! - `page` puts all of it into the page.
 
-mod cloud;
+pub(crate) mod cloud;
 mod faults;
 mod feature;
-mod page;
+pub(crate) mod packed;
+pub(crate) mod page;
 mod payload;
 mod record;
 #[cfg(test)]
@@ -139,5 +140,5 @@ pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u6
     let problems = payload.add_points(options, crs.as_ref().filter(|_| !options.trust_tiles))?;
     payload.add_report(report);
     let contents = payload.contents();
-    Ok(Page { html: page::fill(&name, &payload.pack()?), contents, problems })
+    Ok(Page { html: page::fill(page::TEMPLATE, &name, &payload.pack()?), contents, problems })
 }

@@ -9,72 +9,23 @@
 //! tag.
 
 use std::collections::HashMap;
-use std::io::Write;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::DeflateEncoder;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::faults::Fault;
 use super::feature::{self, Feature};
+use super::packed::{Column, STEPS_PER_METRE, folded, packed};
 use super::record::Record;
 use super::{Contents, Options, cloud};
 use crate::audit;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sink::ATTRIBUTES;
 use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, SemanticSurface};
 use crate::source::crs::Crs;
 use crate::source::points::TileProblem;
 use crate::terrain;
-
-/// Steps of the coordinates of the page per metre.
-pub(super) const STEPS_PER_METRE: f64 = 1000.0;
-
-/// Farther from the origin nothing is shown where it is: 2^40 mm, a million kilometres.
-const FAR: f64 = (1u64 << 40) as f64;
-
-/// A place of the local frame in steps.
-pub(super) fn steps(local: [f64; 3]) -> [i64; 3] {
-    local.map(|metres| (metres * STEPS_PER_METRE).round().clamp(-FAR, FAR) as i64)
-}
-
-/// A number of either sign as one without: 0, -1, 1, -2, … as 0, 1, 2, 3, …
-fn folded(number: i64) -> u64 {
-    ((number << 1) ^ (number >> 63)) as u64
-}
-
-/// Integers in LEB128: seven bits a byte, the lowest first, the eighth bit set while more follow.
-#[derive(Debug, Default)]
-pub(super) struct Column(Vec<u8>);
-
-impl Column {
-    /// Appends a number.
-    fn push(&mut self, number: u64) {
-        let mut rest = number;
-        while rest >= 0x80 {
-            self.0.push(rest as u8 | 0x80);
-            rest >>= 7;
-        }
-        self.0.push(rest as u8);
-    }
-
-    /// Appends a count or an index.
-    fn push_index(&mut self, index: usize) {
-        self.push(index as u64);
-    }
-
-    /// Appends a place as its difference from `last`, which it becomes.
-    fn push_place(&mut self, place: [i64; 3], last: &mut [i64; 3]) {
-        for (now, before) in place.iter().zip(last.iter()) {
-            self.push(folded(now - before));
-        }
-        *last = place;
-    }
-}
 
 /// The columns of the geometry, in the order in which they are packed.
 #[derive(Debug, Default)]
@@ -323,13 +274,13 @@ impl Payload {
     /// The points of the tiles around the features.
     ///
     /// # Errors
-    /// See [`cloud::sample`].
+    /// See [`cloud::sample_files`].
     pub fn add_points(&mut self, options: &Options, crs: Option<&Crs>) -> Result<Vec<TileProblem>> {
         if options.tiles.is_empty() {
             return Ok(Vec::new());
         }
         let boxes = if self.boxes.is_empty() { &self.terrain_boxes } else { &self.boxes };
-        let cloud = cloud::sample(&options.tiles, options.most_points, boxes, (&self.frame, crs))?;
+        let cloud = cloud::sample_files(&options.tiles, options.most_points, boxes, (&self.frame, crs))?;
         let mut last = [0; 3];
         for (place, class) in &cloud.points {
             self.columns.points.push_place(*place, &mut last);
@@ -360,16 +311,7 @@ impl Payload {
     /// Never in practice: memory takes every byte.
     pub fn pack(mut self) -> Result<String> {
         let columns = self.columns.in_order();
-        self.head.columns = columns.iter().map(|(name, column)| (*name, column.0.len())).collect();
-        let fault = |e| Error::io("the page", "pack", e);
-        let head = serde_json::to_vec(&self.head).map_err(|e| fault(e.into()))?;
-        let mut deflated = DeflateEncoder::new(Vec::new(), Compression::new(7));
-        let pack = |out: &mut DeflateEncoder<Vec<u8>>| -> std::io::Result<()> {
-            out.write_all(&(head.len() as u32).to_le_bytes())?;
-            out.write_all(&head)?;
-            columns.iter().try_for_each(|(_, column)| out.write_all(&column.0))
-        };
-        pack(&mut deflated).map_err(fault)?;
-        Ok(STANDARD.encode(deflated.finish().map_err(fault)?))
+        self.head.columns = columns.iter().map(|(name, column)| (*name, column.len())).collect();
+        packed(&self.head, columns.map(|(_, column)| column))
     }
 }

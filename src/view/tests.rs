@@ -311,20 +311,9 @@ fn a_page_is_named_after_its_model() {
     assert_eq!(name("c"), "c.html");
 }
 
-/// Without node: the page names a hash (FNV-1a) of the sources that it was made from.
+/// Without node: the page names a hash of the sources that it was made from.
 #[test]
 fn the_page_is_made_from_its_sources() {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src/view/page"));
-    let mut scripts: Vec<String> = std::fs::read_dir(folder.join("src"))
-        .unwrap()
-        .map(|entry| format!("src/{}", entry.unwrap().file_name().to_string_lossy()))
-        .collect();
-    scripts.sort();
-    let before = ["build.mjs", "index.html", "package-lock.json", "package.json"].map(str::to_owned);
-    let sources = before.into_iter().chain(scripts).chain(["style.css".to_owned()]);
-    let bytes = sources.flat_map(|name| std::fs::read(folder.join(name)).unwrap());
-    let hash =
-        bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-    let named = format!("sources {hash:016x}\n");
+    let named = page::tests::named("src/view/page", &[]);
     assert!(page::TEMPLATE.contains(&named), "src/view/page/dist/page.html is stale: run `make page` ({named})");
 }

@@ -17,6 +17,7 @@ mod damage;
 mod damaged_times;
 mod errors;
 mod evaluate;
+mod explain;
 mod field;
 mod info;
 mod jagged;

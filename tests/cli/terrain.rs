@@ -157,7 +157,7 @@ fn the_buildings_of_the_quick_start_stand_in_valid_terrain() {
             .flat_map(|t| (0..3).map(|i| [t[i].min(t[(i + 1) % 3]), t[i].max(t[(i + 1) % 3])]))
             .collect();
         let on_line = all.iter().filter(|edge| edge.iter().all(line));
-        let (alone, shared): (Vec<_>, Vec<_>) = on_line.partition(|edge| lone.contains(*edge));
+        let (alone, shared): (Vec<&[Vertex; 2]>, Vec<&[Vertex; 2]>) = on_line.partition(|edge| lone.contains(*edge));
         assert!(
             shared.len() > 5 * alone.len(),
             "{} edges on lines between tiles, {} of one tile only",

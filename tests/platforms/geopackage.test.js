@@ -2,7 +2,7 @@
 'use strict';
 
 const assert = require('node:assert/strict');
-const { execFileSync } = require('node:child_process');
+const { execFileSync, spawnSync } = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const { after, before, test } = require('node:test');
@@ -33,6 +33,44 @@ test('GDAL finds both tables with their types, their CRS and their extent', () =
   assert.match(faces, /on_footprint_edge: Integer\(Boolean\)/);
   const [x0, y0, x1, y1] = footprints.match(/Extent: \(([\d.]+), ([\d.]+)\) - \(([\d.]+), ([\d.]+)\)/).slice(1).map(Number);
   assert.ok(x0 > 84_000 && x1 < 86_000 && y0 > 446_000 && y1 < 448_000 && x1 - x0 > 50 && y1 - y0 > 50);
+});
+
+test('GDAL has nothing to warn of, and the id stands there once', () => {
+  const told = (command, ...args) => {
+    const { stderr, status } = spawnSync(command, args, { encoding: 'utf8', maxBuffer: 2 ** 26 });
+    assert.equal(status, 0, stderr);
+    return stderr;
+  };
+  assert.equal(told('ogrinfo', '-ro', '-al', file), '');
+  assert.equal(told('ogr2ogr', path.join(place, 'told.gpkg'), file), '');
+  const layer = ogrinfo('-so', file, 'footprints');
+  assert.match(layer, /FID Column = fid/);
+  const names = [...layer.matchAll(/^(\w+): /gm)].map(([, name]) => name);
+  assert.ok(names.includes('id'));
+  assert.deepEqual(
+    names.filter((name) => /_\d$|^source_/.test(name)),
+    [],
+  );
+  const row = ogrinfo('-q', '-where', 'fid = 1', file, 'footprints');
+  assert.match(row, /id \(String\) = NL\.IMBAG\.Pand\./);
+});
+
+test('the spatial index can be trusted after an edit', () => {
+  const copy = path.join(place, 'edited.gpkg');
+  fs.copyFileSync(file, copy);
+  const edit = (sql) => execFileSync('ogrinfo', ['-q', '-sql', sql, copy], { stdio: ['ignore', 'ignore', 'pipe'] });
+  edit('UPDATE footprints SET geom = (SELECT geom FROM footprints WHERE fid = 2) WHERE fid = 1');
+  edit('UPDATE footprints SET fid = 1000 WHERE fid = 3');
+  edit('UPDATE footprints SET geom = NULL WHERE fid = 4');
+  edit('DELETE FROM footprints WHERE fid = 5');
+  const count = (sql) => execFileSync('ogrinfo', ['-q', '-ro', '-sql', sql, copy], { encoding: 'utf8' }).match(/= (\d+)/)[1];
+  assert.equal(
+    count(`SELECT count(*) AS n FROM rtree_footprints_geom a JOIN rtree_footprints_geom b
+      ON a.id = 1 AND b.id = 2 AND a.minx = b.minx AND a.maxy = b.maxy`),
+    '1',
+  );
+  assert.equal(count('SELECT count(*) AS n FROM rtree_footprints_geom WHERE id IN (3, 4, 5)'), '0');
+  assert.equal(count('SELECT count(*) AS n FROM rtree_footprints_geom WHERE id = 1000'), '1');
 });
 
 test('the spatial index and the geometries agree', () => {

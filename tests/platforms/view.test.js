@@ -5,12 +5,11 @@ const assert = require('node:assert/strict');
 const fs = require('node:fs');
 const path = require('node:path');
 const { after, before, test } = require('node:test');
-const { pathToFileURL } = require('node:url');
 const { launch } = require('./browser.js');
 const tool = require('./gable.js');
+const { colours, drawn, openPage: openIn, project, text } = require('./page.js');
 
 const DATA = path.resolve(__dirname, '../../examples/data');
-const SIZE = { width: 1200, height: 800 };
 
 let browser;
 let folder;
@@ -27,24 +26,7 @@ after(async () => {
   fs.rmSync(folder, { recursive: true, force: true });
 });
 
-/** A page opened from its file, ready, without flights; what goes wrong and what is asked for are kept. */
-async function openPage(file, scheme = 'light') {
-  const page = await browser.newPage();
-  await page.setViewport(SIZE);
-  await page.emulateMediaFeatures([
-    { name: 'prefers-color-scheme', value: scheme },
-    { name: 'prefers-reduced-motion', value: 'reduce' },
-  ]);
-  page.faults = [];
-  page.asked = [];
-  page.on('console', (message) => ['error', 'warn'].includes(message.type()) && page.faults.push(message.text()));
-  page.on('pageerror', (error) => page.faults.push(String(error)));
-  page.on('dialog', (dialog) => (page.faults.push(`a dialog: ${dialog.message()}`), dialog.dismiss()));
-  page.on('request', (request) => page.asked.push(request.url()));
-  await page.goto(pathToFileURL(file).href, { waitUntil: 'load' });
-  await page.waitForSelector('html[data-ready]', { timeout: 120_000 });
-  return page;
-}
+const openPage = (file, scheme) => openIn(browser, file, { scheme });
 
 /** Makes the page of a model. */
 function view(model, name) {
@@ -76,50 +58,6 @@ function roofs(model) {
   }
   return found.sort((a, b) => b.area - a.area);
 }
-
-/** Where a place in CRS coordinates is on the screen. */
-const project = (page, place) =>
-  page.evaluate((place) => {
-    const { model, view } = window.gable;
-    const { origin, metres_per_unit: unit, steps_per_metre: steps } = model.head;
-    const local = place.map((value, axis) => (value - origin[axis]) * unit[axis] - model.centre[axis] / steps);
-    const canvas = document.getElementById('canvas').getBoundingClientRect();
-    view.camera.updateMatrixWorld();
-    const { x, y } = view.camera.position.clone().fromArray(local).project(view.camera);
-    return [canvas.left + ((x + 1) / 2) * canvas.width, canvas.top + ((1 - y) / 2) * canvas.height];
-  }, place);
-
-/** Two frames later everything is drawn. */
-const drawn = (page) =>
-  page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
-
-/** The colours of a screenshot at some pixels. */
-async function colours(page, places) {
-  const png = await page.screenshot({ encoding: 'base64' });
-  const blank = await browser.newPage();
-  const found = await blank.evaluate(
-    async (png, places) => {
-      const image = new Image();
-      image.src = `data:image/png;base64,${png}`;
-      await image.decode();
-      const canvas = new OffscreenCanvas(image.width, image.height);
-      const context = canvas.getContext('2d');
-      context.drawImage(image, 0, 0);
-      // The median of 5 by 5 pixels: an edge may run through the very place.
-      const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
-      return places.map(([x, y]) => {
-        const { data } = context.getImageData(Math.round(x) - 2, Math.round(y) - 2, 5, 5);
-        return [0, 1, 2].map((channel) => middle([...data].filter((_, i) => i % 4 === channel)));
-      });
-    },
-    png,
-    places,
-  );
-  await blank.close();
-  return found;
-}
-
-const text = (page, selector) => page.$eval(selector, (node) => node.textContent);
 
 test('the quick start: counts, clicks, colours, both themes', async () => {
   const model = JSON.parse(fs.readFileSync(path.join(folder, 'delft.city.json'), 'utf8'));
@@ -227,11 +165,11 @@ test('a model of another maker: what it lacks is greyed out, its faults are list
   assert.equal(await text(page, '#building-count'), '11');
   assert.ok(
     await page.$eval(
-      '#colourings [data-key=ladder]',
-      (node) => node.disabled && node.title.includes('gable_ladder_step'),
+      '#colourings [data-key=completeness]',
+      (node) => node.disabled && node.title.includes('gable_missing_largest'),
     ),
   );
-  assert.match(await text(page, '#reason'), /Greyed out: no building has .*gable_ladder_step/);
+  assert.match(await text(page, '#reason'), /Greyed out: no building has .*gable_missing_largest/);
   assert.match(await text(page, '#faults'), /302 shell not closed/);
   await page.click('#faults .list button');
   assert.equal(await text(page, '#selected-id'), lines[3].id);

@@ -112,6 +112,41 @@ struct Terms {
     data: Vec<[f64; 2]>,
     /// Per facet.
     smoothness: Vec<f64>,
+    /// λ as it was used.
+    lambda: f64,
+}
+
+/// What labels cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// λ as it was used: more than was asked for where the points are noisy.
+    pub lambda: f64,
+    /// How far the labels are from the occupancies (`D`), 0 to 1 in the normalised energy.
+    pub data: f64,
+    /// The size of the surface (`V`, without λ), in the normalised energy as a share of all facets that are to be decided,
+    /// less what the evidence asks for.
+    pub smoothness: f64,
+}
+
+/// What labels cost, without what hangs over pays beyond its size.
+pub fn cost(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameters, inside: &[bool]) -> Cost {
+    let Terms { data, smoothness, lambda } = terms(complex, evidence, parameters);
+    let is_inside = |cell: u32| cell != OUTSIDE && inside.get(cell as usize) == Some(&true);
+    let free = (0u32..).zip(&data).filter(|(cell, _)| evidence.fixed(*cell as usize).is_none());
+    let told = free.map(|(cell, &[outside, within])| if is_inside(cell) { within } else { outside }).sum();
+    let border = complex.facets.iter().zip(&smoothness).filter(|(facet, _)| {
+        let [a, b] = facet.cells.map(is_inside);
+        a != b
+    });
+    let size: f64 = border.map(|(_, cost)| cost).sum();
+    Cost { lambda, data: told, smoothness: if lambda > 0.0 { size / lambda } else { 0.0 } }
+}
+
+fn terms(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameters) -> Terms {
+    match parameters.energy {
+        Energy::Normalised => normalised(complex, evidence, parameters),
+        Energy::Paper => paper(complex, evidence, parameters),
+    }
 }
 
 /// Labels every cell of the complex: true is inside.
@@ -121,10 +156,7 @@ struct Terms {
 /// normalised energy what hangs over pays more for an underside on which no points were seen, and that must be level.
 /// Afterwards [cavities are filled](fill_cavities).
 pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameters) -> Vec<bool> {
-    let terms = match parameters.energy {
-        Energy::Normalised => normalised(complex, evidence, parameters),
-        Energy::Paper => paper(complex, evidence, parameters),
-    };
+    let terms = terms(complex, evidence, parameters);
     let total: f64 = terms.data.iter().flatten().chain(&terms.smoothness).sum();
     // 2⁵⁰ steps for the whole energy keep every sum far from overflow and every rounding far below what matters.
     let scale = if total > 0.0 { 2f64.powi(50) / total } else { 0.0 };
@@ -209,6 +241,7 @@ fn normalised(complex: &Complex, evidence: &Evidence, parameters: &LabellingPara
             .enumerate()
             .map(|(facet, a)| lambda * a / area * (1.0 - evidence.support(facet)))
             .collect(),
+        lambda,
     }
 }
 
@@ -226,6 +259,7 @@ fn paper(complex: &Complex, evidence: &Evidence, parameters: &LabellingParameter
             })
             .collect(),
         smoothness: areas.iter().map(|a| lambda * a / largest).collect(),
+        lambda,
     }
 }
 

@@ -39,6 +39,24 @@ pub struct Detection {
 /// not on their order (up to the indices), and for RANSAC on `seed`. Exact duplicates share a primitive; points that
 /// are not finite are in none.
 pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Detection {
+    detect_up_to(Stage::Refined, points, parameters, seed)
+}
+
+/// The primitives as the detector finds them, before any is merged or regularised: what [`detect`] begins with.
+pub fn found_at_first(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Detection {
+    detect_up_to(Stage::Found, points, parameters, seed)
+}
+
+/// How far detection goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// As the detector finds them.
+    Found,
+    /// Merged and regularised.
+    Refined,
+}
+
+fn detect_up_to(stage: Stage, points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Detection {
     let parameters = &parameters.detection;
     let cloud = Cloud::new(points);
     let thinned = cloud.thin(parameters.maximum_density);
@@ -48,13 +66,15 @@ pub fn detect(points: &[Point3<f64>], parameters: &Parameters, seed: u64) -> Det
     };
     let (neighbours, local, is_clear) = local_planes(&sample, parameters);
     if !is_clear && let Some(carried) = Carried::new(&cloud.points) {
-        return noisy::detect(points, &cloud, &carried, parameters, seed);
+        return noisy::detect(stage, points, &cloud, &carried, parameters, seed);
     }
     let tolerances = Tolerances::new(parameters, local.noise, neighbours.density(), neighbours.width());
     let mut segmentation = found(&sample, &neighbours, &local, &tolerances, parameters, seed);
-    segmentation = refined(&sample, &segmentation, parameters, local.noise);
-    // Planes have moved a little: let the points near borders choose again.
-    segmentation.settle_borders(&sample, &neighbours, &tolerances);
+    if stage == Stage::Refined {
+        segmentation = refined(&sample, &segmentation, parameters, local.noise);
+        // Planes have moved a little: let the points near borders choose again.
+        segmentation.settle_borders(&sample, &neighbours, &tolerances);
+    }
     let labels = match &thinned {
         Some(thinned) => spread(&cloud, thinned, &segmentation, &neighbours, &tolerances),
         None => segmentation.labels,

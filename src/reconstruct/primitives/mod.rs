@@ -41,7 +41,7 @@ use nalgebra::Point3;
 
 use crate::geometry::Plane;
 
-pub use detect::{Detection, detect};
+pub use detect::{Detection, detect, found_at_first};
 pub use parameters::{DetectionParameters, Detector};
 pub use refine::refine;
 

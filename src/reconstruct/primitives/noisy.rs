@@ -12,7 +12,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::cloud::Cloud;
-use super::detect::{Detection, found, local_planes, primitives, refined};
+use super::detect::{Detection, Stage, found, local_planes, primitives, refined};
 use super::moments::Moments;
 use super::moving_least_squares::Carried;
 use super::normals::LocalPlanes;
@@ -34,6 +34,7 @@ const LAYERS: f64 = 0.4;
 
 /// Detects the primitives of `points`, of which `cloud` holds the distinct ones and `carried` a sample.
 pub(super) fn detect(
+    stage: Stage,
     points: &[Point3<f64>],
     cloud: &Cloud,
     carried: &Carried,
@@ -49,7 +50,10 @@ pub(super) fn detect(
     let reach = (TOLERANCE * carried.noise).min(parameters.maximum_tolerance.max(parameters.minimum_tolerance));
     let mut nearby = Nearby::new(cloud, carried, segmentation.labels, reach);
     let settled = nearby.settle(cloud, segmentation.planes, carried.noise);
-    let whole = refined(&cloud.points, &settled, &coarse, carried.noise);
+    let whole = match stage {
+        Stage::Found => settled,
+        Stage::Refined => refined(&cloud.points, &settled, &coarse, carried.noise),
+    };
     let primitives = primitives(points, cloud, &whole.labels, &whole.planes, parameters);
     let density = cloud.points.len() as f64 / carried.points.len().max(1) as f64 * neighbours.density();
     Detection::new(points, cloud, primitives, |i| nearby.normal(i, &local), carried.noise, density)

@@ -1,4 +1,4 @@
-//! Geometries as GeoPackage holds them: a head of its own (OGC 12-128r19, clause 2.1.3), then ISO WKB.
+//! Geometries as GeoPackage holds them: a head of its own (OGC 12-128r17, clause 2.1.3), then ISO WKB.
 
 /// ISO WKB codes.
 const POLYGON: u32 = 3;

@@ -1,11 +1,13 @@
-//! `GeoPackage` 1.4 (OGC 12-128r19): a table of footprints with all attributes, and one of the faces in 3D.
+//! `GeoPackage` 1.3 (OGC 12-128r17): a table of footprints with all attributes, and one of the faces in 3D.
 //!
 //! | table | a row is | columns |
 //! |---|---|---|
 //! | `footprints` | a feature | `id`, `type`, `lod` (the finest), and every attribute in the type of its values |
 //! | `faces` | a semantic surface of a geometry | `feature`, `object`, `object_type`, `lod`, `surface_type`, and every attribute of the surface |
 //!
-//! A list or an object among the attributes is its JSON. Both tables have a spatial index and a style for QGIS.
+//! `fid` is the key of a table and `id` the id of the feature. An attribute of the name of such a column has none of its own where
+//! it says the same in every row, as the id of the footprints does; else it is `source_…`. A list or an object among the
+//! attributes is its JSON. Both tables have a spatial index and a style for QGIS.
 
 mod blob;
 mod footprint;

@@ -1,12 +1,12 @@
-//! The tables that every GeoPackage has (OGC 12-128r19), and the extensions that ours has.
+//! The tables that every GeoPackage has (OGC 12-128r17), and the extensions that ours has.
 
 use rusqlite::{Connection, Result, params};
 
 use crate::source::crs::Crs;
 
-/// `GPKG` and version 1.4.0 (clause 1.1.1).
+/// `GPKG` and version 1.3.0 (clause 1.1.1): nothing here needs a later one, and GDAL before 3.7 warns of it.
 const APPLICATION_ID: i64 = 0x4750_4B47;
-const USER_VERSION: i64 = 10_400;
+const USER_VERSION: i64 = 10_300;
 /// The time of last change, which the format demands and which must not differ from run to run.
 pub(super) const NO_TIME: &str = "1970-01-01T00:00:00.000Z";
 /// The `srs_id` of plane coordinates of an unknown system (clause 1.1.2.1.2).
@@ -138,24 +138,17 @@ pub(super) fn index_triggers(connection: &Connection, table: &str) -> Result<()>
     let box_of = "NEW.fid, ST_MinX(NEW.geom), ST_MaxX(NEW.geom), ST_MinY(NEW.geom), ST_MaxY(NEW.geom)";
     let is_there = "(NEW.geom NOTNULL AND NOT ST_IsEmpty(NEW.geom))";
     let is_gone = "(NEW.geom ISNULL OR ST_IsEmpty(NEW.geom))";
-    let was_there = "(OLD.geom NOTNULL AND NOT ST_IsEmpty(OLD.geom))";
-    let was_gone = "(OLD.geom ISNULL OR ST_IsEmpty(OLD.geom))";
     let put = format!("INSERT OR REPLACE INTO {index} VALUES ({box_of})");
-    let update = format!(
-        "UPDATE {index} SET minx = ST_MinX(NEW.geom), maxx = ST_MaxX(NEW.geom), miny = ST_MinY(NEW.geom), \
-         maxy = ST_MaxY(NEW.geom) WHERE id = NEW.fid"
-    );
     let triggers = [
         ("insert", "INSERT", format!("WHEN {is_there} BEGIN {put};")),
-        ("update6", "UPDATE OF geom", format!("WHEN OLD.fid = NEW.fid AND {is_there} AND {was_there} BEGIN {update};")),
-        ("update7", "UPDATE OF geom", format!("WHEN OLD.fid = NEW.fid AND {is_there} AND {was_gone} BEGIN {put};")),
+        ("update1", "UPDATE OF geom", format!("WHEN OLD.fid = NEW.fid AND {is_there} BEGIN {put};")),
         (
             "update2",
             "UPDATE OF geom",
             format!("WHEN OLD.fid = NEW.fid AND {is_gone} BEGIN DELETE FROM {index} WHERE id = OLD.fid;"),
         ),
         (
-            "update5",
+            "update3",
             "UPDATE",
             format!("WHEN OLD.fid != NEW.fid AND {is_there} BEGIN DELETE FROM {index} WHERE id = OLD.fid; {put};"),
         ),

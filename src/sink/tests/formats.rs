@@ -216,14 +216,16 @@ fn attributes_whose_names_are_taken_are_told() {
     }
     let (path, written) = write_any(&folder, "out.gpkg", &buildings);
     let told = written.notes.join("\n");
-    for says in [r#""type" is "type_2""#, r#""fid" is "fid_2""#, r#""Big" is "Big_2""#] {
+    for says in [r#""type" is "source_type""#, r#""fid" is "source_fid""#, r#""Big" is "Big_2""#] {
         assert!(told.contains(says), "{told}");
     }
     assert!(!told.contains(r#""id""#), "{told}");
     let connection = Connection::open(&path).unwrap();
-    let row = connection.query_row("SELECT id || type_2 || fid_2 || Big_2 FROM footprints WHERE fid = 1", (), |row| {
-        row.get::<_, String>(0)
-    });
+    let row = connection.query_row(
+        "SELECT id || source_type || source_fid || Big_2 FROM footprints WHERE fid = 1",
+        (),
+        |row| row.get::<_, String>(0),
+    );
     assert_eq!(row.unwrap(), format!("{id}church71"));
     let (path, written) = write_any(&folder, "out.3dtiles", &buildings);
     let told = written.notes.join("\n");
@@ -234,4 +236,37 @@ fn attributes_whose_names_are_taken_are_told() {
     assert!(text.contains("attribute_attribute_type") && text.contains("church"), "all of them are in the tiles");
     // Without a clash nothing is told.
     assert!(write_any(&folder, "plain.gpkg", &neighbourhood()).1.notes.iter().all(|note| !note.contains("taken")));
+}
+
+#[test]
+fn an_attribute_that_says_what_the_id_says_has_no_column_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let columns = |path: &Path| -> Vec<String> {
+        let connection = Connection::open(path).unwrap();
+        let statement = connection.prepare("SELECT * FROM footprints").unwrap();
+        statement.column_names().into_iter().map(str::to_owned).collect()
+    };
+    let mut buildings = neighbourhood();
+    // Some have it, one has it without a value, one lacks it.
+    for i in [0, 2] {
+        let id = json!(buildings[i].id.clone());
+        buildings[i].attributes.insert("ID".into(), id);
+    }
+    buildings[3].attributes.insert("ID".into(), json!(null));
+    let (path, written) = write_any(&folder, "same.gpkg", &buildings);
+    assert!(columns(&path).iter().all(|name| !name.contains("ID")), "{:?}", columns(&path));
+    assert!(written.notes.iter().all(|note| !note.contains("taken")), "{:?}", written.notes);
+
+    // The last one says something else: all that was said is kept.
+    buildings[3].attributes.insert("ID".into(), json!("other"));
+    let (path, written) = write_any(&folder, "other.gpkg", &buildings);
+    assert!(columns(&path).contains(&"source_ID".to_owned()), "{:?}", columns(&path));
+    assert!(written.notes.join("").contains(r#""ID" is "source_ID""#), "{:?}", written.notes);
+    let connection = Connection::open(&path).unwrap();
+    let mut statement = connection.prepare("SELECT source_ID FROM footprints ORDER BY fid").unwrap();
+    let said: Vec<Option<String>> = statement.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+    let id = |i: usize| Some(buildings[i].id.clone());
+    assert_eq!(said, [id(0), None, id(2), Some("other".into())]);
+    let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
+    assert_eq!(version, 10_300);
 }

@@ -1,5 +1,5 @@
-// Makes dist/page.html, the page without a model, from the sources beside this file. `--check` only says whether it is stale.
-// Run by scripts/page.sh, which brings three.js and esbuild along.
+// Makes the pages without a model, dist/page.html of `gable view` and of `gable explain`, from their sources. `--check` only says
+// whether they are stale. Run by scripts/page.sh, which brings three.js and esbuild along.
 
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync, mkdirSync, writeFileSync } from 'node:fs';
@@ -8,83 +8,98 @@ import { fileURLToPath } from 'node:url';
 import { createRequire } from 'node:module';
 
 const here = dirname(fileURLToPath(import.meta.url));
+const root = join(here, '../../..');
 const packages = process.env.PAGE_PACKAGES;
 const require = createRequire(join(packages, 'package.json'));
 const { build, transform } = require('esbuild');
-const read = (name) => readFileSync(join(here, name), 'utf8');
+const read = (name) => readFileSync(join(root, name), 'utf8');
 
-const bundle = await build({
-  absWorkingDir: here,
-  entryPoints: ['src/main.js'],
-  nodePaths: [join(packages, 'node_modules')],
-  bundle: true,
-  minify: true,
-  format: 'iife',
-  target: ['chrome109', 'firefox115', 'safari16.4'],
-  charset: 'ascii',
-  legalComments: 'none',
-  write: false,
-  metafile: true,
-});
-// What stands in a script must not end it.
-const script = bundle.outputFiles[0].text
-  .trim()
-  .replace(/<\/(script)/gi, '<\\/$1')
-  .replace(/<!--/g, '<\\!--');
-const style = (await transform(read('style.css'), { loader: 'css', minify: true })).code.trim();
-
-// The browser runs this script and no other, and asks nothing of any network.
-const digest = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
-const policy = `default-src 'none'; script-src ${digest(script)}; style-src ${digest(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'`;
-
-// FNV-1a over the sources: a test of gable finds a stale page without node (src/view/tests.rs).
-const sources = [
-  'build.mjs',
-  'index.html',
-  'package-lock.json',
-  'package.json',
-  ...readdirSync(join(here, 'src'))
-    .sort()
-    .map((name) => `src/${name}`),
-  'style.css',
+/** The pages: the folder of each, and the folders of others whose modules and style it shares. */
+const PAGES = [
+  { folder: 'src/view/page', shares: [] },
+  { folder: 'src/explain/page', shares: ['src/view/page'] },
 ];
-const hash = sources.reduce(
-  (sum, name) =>
-    [...readFileSync(join(here, name))].reduce(
-      (value, byte) => BigInt.asUintN(64, (value ^ BigInt(byte)) * 0x100000001b3n),
-      sum,
-    ),
-  0xcbf29ce484222325n,
-);
 
 const three = readFileSync(join(packages, 'node_modules/three/LICENSE'), 'utf8')
   .trim()
   .split('\n')
   .map((line) => line.trim())
   .filter(Boolean);
-const licences = `<!--\nMade by gable, MIT or Apache-2.0. With three.js:\n${three.join('\n')}\nsources ${hash.toString(16).padStart(16, '0')}\n-->`;
 
-const page = `${read('index.html')
-  .replace('<html', () => `${licences}\n<html`)
-  .replace('@policy@', () => policy)
-  .replace('@style@', () => style)
-  .replace('@script@', () => script)
-  .trim()}\n`;
-for (const place of ['<!--gable:name-->', '<!--gable:payload-->']) {
-  if (page.split(place).length !== 2) {
-    throw new Error(`${place} must stand in the page once`);
-  }
+/** The sources of a page, in the order in which they are hashed. */
+function sourcesOf({ folder, shares }) {
+  const scripts = (place) =>
+    readdirSync(join(root, place, 'src'))
+      .sort()
+      .map((name) => `${place}/src/${name}`);
+  const common = ['build.mjs', 'package-lock.json', 'package.json'].map((name) => `src/view/page/${name}`);
+  const of = (place) => [...scripts(place), `${place}/style.css`];
+  return [...common, ...shares.flatMap(of), `${folder}/index.html`, ...of(folder)];
 }
 
-const target = join(here, 'dist/page.html');
-if (process.argv.includes('--check')) {
-  if (readFileSync(target, 'utf8') !== page) {
-    console.error('src/view/page/dist/page.html is stale: run `make page`');
-    process.exit(1);
+/** FNV-1a over the sources: tests of gable find a stale page without node (src/view/tests.rs, src/explain/tests.rs). */
+const hashOf = (sources) =>
+  sources.reduce(
+    (sum, name) =>
+      [...readFileSync(join(root, name))].reduce(
+        (value, byte) => BigInt.asUintN(64, (value ^ BigInt(byte)) * 0x100000001b3n),
+        sum,
+      ),
+    0xcbf29ce484222325n,
+  );
+
+async function make(page) {
+  const { folder, shares } = page;
+  const bundle = await build({
+    absWorkingDir: join(root, folder),
+    entryPoints: ['src/main.js'],
+    nodePaths: [join(packages, 'node_modules')],
+    bundle: true,
+    minify: true,
+    format: 'iife',
+    target: ['chrome109', 'firefox115', 'safari16.4'],
+    charset: 'ascii',
+    legalComments: 'none',
+    write: false,
+  });
+  // What stands in a script must not end it.
+  const script = bundle.outputFiles[0].text
+    .trim()
+    .replace(/<\/(script)/gi, '<\\/$1')
+    .replace(/<!--/g, '<\\!--');
+  const styles = [...shares, folder].map((place) => read(`${place}/style.css`)).join('\n');
+  const style = (await transform(styles, { loader: 'css', minify: true })).code.trim();
+
+  // The browser runs this script and no other, and asks nothing of any network.
+  const digest = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
+  const policy = `default-src 'none'; script-src ${digest(script)}; style-src ${digest(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'`;
+  const hash = hashOf(sourcesOf(page)).toString(16).padStart(16, '0');
+  const licences = `<!--\nMade by gable, MIT or Apache-2.0. With three.js:\n${three.join('\n')}\nsources ${hash}\n-->`;
+  const html = `${read(`${folder}/index.html`)
+    .replace('<html', () => `${licences}\n<html`)
+    .replace('@policy@', () => policy)
+    .replace('@style@', () => style)
+    .replace('@script@', () => script)
+    .trim()}\n`;
+  for (const place of ['<!--gable:name-->', '<!--gable:payload-->']) {
+    if (html.split(place).length !== 2) {
+      throw new Error(`${place} must stand in the page of ${folder} once`);
+    }
   }
-  console.log('src/view/page/dist/page.html is what its sources make');
-} else {
-  mkdirSync(dirname(target), { recursive: true });
-  writeFileSync(target, page);
-  console.log(`src/view/page/dist/page.html: ${Math.round(page.length / 1000)} kB`);
+  return html;
+}
+
+for (const page of PAGES) {
+  const html = await make(page);
+  const name = `${page.folder}/dist/page.html`;
+  if (!process.argv.includes('--check')) {
+    mkdirSync(join(root, page.folder, 'dist'), { recursive: true });
+    writeFileSync(join(root, name), html);
+    console.log(`${name}: ${Math.round(html.length / 1000)} kB`);
+  } else if (read(name) === html) {
+    console.log(`${name} is what its sources make`);
+  } else {
+    console.error(`${name} is stale: run \`make page\``);
+    process.exitCode = 1;
+  }
 }

@@ -6,6 +6,9 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 /** How long a flight takes, milliseconds. */
 const FLIGHT = 550;
 
+/** Between a building and what would cover it, pixels. */
+const GAP = 16;
+
 export class Camera {
   constructor(view, canvas) {
     this.view = view;
@@ -50,6 +53,52 @@ export class Camera {
     this.fitted = null;
   }
 
+  /** By how much the needle of a compass is turned from the top of the picture, radians. */
+  get azimuth() {
+    const { x, y } = new Vector3(1, 0, 0).applyQuaternion(this.view.camera.quaternion);
+    return Math.atan2(y, x);
+  }
+
+  /** Turns to the north, around what is looked at. */
+  faceNorth() {
+    this.leave();
+    const target = this.controls.target.clone();
+    const offset = this.view.camera.position.clone().sub(target);
+    const across = Math.max(Math.hypot(offset.x, offset.y), offset.length() * 1e-3);
+    this.go({ target, position: target.clone().add(new Vector3(0, -across, offset.z)) }, FLIGHT);
+  }
+
+  /**
+   * Moves the picture, and no more than is needed, so that a feature is not behind what covers so many pixels at its right;
+   * what was pointed at, `x` pixels from the left, is in any case not.
+   */
+  reveal(f, covered, x) {
+    const { clientWidth: width } = this.view.renderer.domElement;
+    const [left, right] = this.reachOnScreen(f).map((edge) => edge + this.shift);
+    const free = width - covered - 2 * GAP;
+    const wanted = Math.min(right - free, left - GAP);
+    this.wantedShift = Math.max(wanted, x + this.shift - free, 0);
+    this.view.invalidate();
+  }
+
+  /** The corners of a feature that are to be in the picture: those that the model names, else those of its box. */
+  cornersOf(f) {
+    const { model } = this.view;
+    const axis = (i, bit, at) => model.boxes[f * 6 + at + (i & bit ? 3 : 0)];
+    const ofBox = () => [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [axis(i, 1, 0), axis(i, 2, 1), axis(i, 4, 2)]);
+    return (model.cornersOf?.(f) ?? ofBox()).map((corner) => new Vector3(...corner));
+  }
+
+  /** From where to where the box of a feature reaches in the picture, pixels from the left. */
+  reachOnScreen(f) {
+    const { camera, renderer } = this.view;
+    camera.updateMatrixWorld();
+    const all = this.cornersOf(f).map(
+      (corner) => ((corner.project(camera).x + 1) / 2) * renderer.domElement.clientWidth,
+    );
+    return [Math.min(...all), Math.max(...all)];
+  }
+
   /** Keeps so many pixels at the right free of what is flown to. */
   keepFree(pixels) {
     this.wantedShift = pixels / 2;
@@ -79,11 +128,15 @@ export class Camera {
   }
 
   fly(features, direction, milliseconds = FLIGHT, room = 1) {
-    const { camera } = this.view;
     const to = this.standFor(features, direction, room);
-    if (to === null) {
-      return;
+    if (to !== null) {
+      this.go(to, milliseconds);
     }
+  }
+
+  /** Goes to where one stands and looks at, in so many milliseconds. */
+  go(to, milliseconds) {
+    const { camera } = this.view;
     if (milliseconds === 0 || this.isCalm) {
       this.flight = null;
       this.controls.target.copy(to.target);
@@ -112,11 +165,9 @@ export class Camera {
       [-Infinity, -Infinity],
       [-Infinity, -Infinity],
     ];
-    const corner = new Vector3();
-    for (const f of features) {
-      for (let i = 0; i < 8 && model.features[f].hasShape; i += 1) {
-        const axis = (bit, at) => model.boxes[f * 6 + at + (i & bit ? 3 : 0)];
-        corner.set(axis(1, 0), axis(2, 1), axis(4, 2)).sub(centre);
+    for (const f of features.filter((f) => model.features[f].hasShape)) {
+      for (const corner of this.cornersOf(f)) {
+        corner.sub(centre);
         const towards = corner.dot(direction);
         [corner.dot(right), corner.dot(up)].forEach((aside, way) => {
           reach[way][0] = Math.max(reach[way][0], towards * slopes[way] + aside);
@@ -179,8 +230,11 @@ export class Camera {
       const share = Math.min((now - this.flight.started) / this.flight.milliseconds, 1);
       const eased = share < 0.5 ? 4 * share ** 3 : 1 - (2 - 2 * share) ** 3 / 2;
       const { from, to } = this.flight;
-      camera.position.lerpVectors(from.position, to.position, eased);
       this.controls.target.lerpVectors(from.target, to.target, eased);
+      // Around what is looked at, and not through it.
+      const [before, after] = [from, to].map(({ position, target }) => position.clone().sub(target));
+      const away = before.length() + (after.length() - before.length()) * eased;
+      camera.position.lerpVectors(before, after, eased).setLength(away).add(this.controls.target);
       this.flight = share < 1 ? this.flight : null;
       this.controls.update();
       this.view.invalidate();

@@ -2,7 +2,7 @@
 
 import { attributeNames, byAttribute } from './colouring.js';
 import { element, refill } from './dom.js';
-import { counted, lodName, whole, words } from './format.js';
+import { counted, lodName, whole } from './format.js';
 import { CLASSES, NOTHING, RAMPS } from './palette.js';
 
 /** Radio buttons: arrow keys move between them. */
@@ -48,8 +48,10 @@ export function makeColourings(model, state, all, { node, select, row, reason })
   refill(reason, [lacking.length > 0 ? `Greyed out: no building has ${lacking.join(', ')}.` : '', ...others].join(' '));
   const names = attributeNames(model);
   row.hidden = names.length === 0;
-  const known = new Set(model.head.attributes.map(({ name }) => name));
-  select.append(...names.map((name) => element('option', { value: name }, known.has(name) ? words(name) : name)));
+  const titleOf = (name) => model.vocabulary.known(name)?.title ?? name;
+  const isTwice = (title) => names.filter((name) => titleOf(name) === title).length > 1;
+  const title = (name) => (isTwice(titleOf(name)) ? `${titleOf(name)} (${name})` : titleOf(name));
+  select.append(...names.map((name) => element('option', { value: name, title: name }, title(name))));
   select.addEventListener('change', () => {
     state.set({ colouring: select.value ? byAttribute(model, select.value) : all.find((one) => one.reason === null) });
   });
@@ -59,9 +61,7 @@ export function makeColourings(model, state, all, { node, select, row, reason })
       button.setAttribute('aria-checked', String(isChosen));
       button.tabIndex = isChosen || (!all.includes(state.colouring) && button === buttons[0]) ? 0 : -1;
     });
-    if (all.includes(state.colouring)) {
-      select.value = '';
-    }
+    select.value = state.colouring.attribute ?? '';
   };
   state.listen((changed) => changed.has('colouring') && mark());
   mark();

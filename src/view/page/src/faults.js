@@ -79,6 +79,11 @@ export class FaultList {
     this.fill();
   }
 
+  /** Whether something is invalid, or failed: what one should see first. */
+  get isUrgent() {
+    return this.entries.some(({ kind }) => kind === 'invalid' || kind === 'failed');
+  }
+
   get visible() {
     return this.entries.filter((entry) => this.chosen.has(entry.kind));
   }
@@ -148,11 +153,17 @@ export class FaultList {
     }
   }
 
-  /** The next or the one before. */
+  /** The first entry of the next building, or of the one before: what else it has stands in its panel. */
   step(by) {
-    const count = Math.min(this.visible.length, MOST);
-    if (count > 0) {
-      this.choose((this.current + by + count) % count);
+    const entries = this.visible.slice(0, MOST);
+    const isFirst = (i) => entries[i].f < 0 || entries.findIndex(({ f }) => f === entries[i].f) === i;
+    const stops = entries.map((_, i) => i).filter(isFirst);
+    if (stops.length === 0) {
+      return;
     }
+    const here = this.current < 0 ? null : entries[this.current].f;
+    const at = stops.findIndex((i) => i === this.current || (here >= 0 && entries[i].f === here));
+    const next = here === null ? (by > 0 ? 0 : stops.length - 1) : (at + by + stops.length) % stops.length;
+    this.choose(stops[next]);
   }
 }

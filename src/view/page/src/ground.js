@@ -1,10 +1,20 @@
 // A patch of ground under the buildings, for the eye and for shadows: it follows their lower edges and is no part of the model.
 
-import { BufferAttribute, BufferGeometry, Color, Mesh, ShadowMaterial } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  CustomBlending,
+  Mesh,
+  OneFactor,
+  OneMinusSrcAlphaFactor,
+  ShadowMaterial,
+  SrcAlphaFactor,
+} from 'three';
 
 /** Squares along the longer side. */
 const SQUARES = 96;
-/** How far below the buildings it lies, metres: their floors shall not shine through. */
+/** How far below the buildings it lies, metres: walls shall cast their shadows from where they stand. */
 const BELOW = 0.06;
 
 /** So many buildings are all looked at for every place. */
@@ -42,7 +52,8 @@ export function groundMesh(model) {
       const [x, y] = [low[0] - fade + column * step, low[1] - fade + row * step];
       const [height, away] = grid.at(x, y);
       places.set([x, y, height - BELOW], at * 3);
-      const shade = Math.max(0, 1 - away / fade);
+      // Even among the buildings, and gone far from them.
+      const shade = Math.min(Math.max(0, 1.25 - (1.25 * away) / fade), 1);
       fades[at] = shade * shade * (3 - 2 * shade);
     }
   }
@@ -63,8 +74,17 @@ class Ground {
     geometry.setAttribute('fade', new BufferAttribute(fades, 1));
     geometry.setIndex(index);
     geometry.computeVertexNormals();
-    this.material = new ShadowMaterial({ transparent: true, depthWrite: false });
-    Object.assign(this.material, { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 });
+    // Drawn first and without depth: wherever it lies, it never covers what is of the model. What is transparent would be drawn
+    // last, hence blending of its own.
+    this.material = new ShadowMaterial({ depthWrite: false, depthTest: false });
+    Object.assign(this.material, {
+      transparent: false,
+      blending: CustomBlending,
+      blendSrc: SrcAlphaFactor,
+      blendDst: OneMinusSrcAlphaFactor,
+      blendSrcAlpha: OneFactor,
+      blendDstAlpha: OneMinusSrcAlphaFactor,
+    });
     this.colour = { value: new Color() };
     // Ground and shadow in one pass: each pixel of it costs twice on a slow machine otherwise.
     this.material.onBeforeCompile = (shader) => {

@@ -3,24 +3,39 @@
 import { element, refill, svg } from './dom.js';
 import { decimal, whole } from './format.js';
 import { NOTHING } from './palette.js';
-import { valueOf } from './colouring.js';
+import { rangeOf, valueOf, valuesOf } from './colouring.js';
+import { scaleControls } from './scale.js';
 
-const BARS = 20;
+/** Fingers want wider bars. */
+const BARS = window.matchMedia('(pointer: coarse)').matches ? 6 : 20;
 const [WIDTH, HEIGHT, FOOT] = [286, 64, 16];
+
+/** Which figures are told of numbers: the end that needs attention, or both. */
+const FIGURES = {
+  high: [
+    ['median', 0.5],
+    ['90 %', 0.9],
+    ['max', 1],
+  ],
+  low: [
+    ['min', 0],
+    ['10 %', 0.1],
+    ['median', 0.5],
+  ],
+  none: [
+    ['min', 0],
+    ['median', 0.5],
+    ['max', 1],
+  ],
+};
 
 /** Fills the legend of the colouring that is chosen. */
 export function showLegend(model, state, node) {
   const { colouring } = state;
-  if (
-    colouring.key === 'semantics' ||
-    (colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature)
-  ) {
-    refill(node, faceLegend(model, state));
-  } else if (colouring.kind === 'categories') {
-    refill(node, featureLegend(model, state));
-  } else {
-    refill(node, histogram(model, state));
-  }
+  const isOfFaces = colouring.kind === 'categories' && colouring.scope === 'face' && !colouring.ofFeature;
+  const make = isOfFaces ? faceLegend : colouring.kind === 'categories' ? featureLegend : histogram;
+  const meaning = colouring.title ? element('p', { class: 'note meaning' }, `${colouring.title}.`) : null;
+  refill(node, meaning, make(model, state));
 }
 
 const entryOf = (colour, name, count) => [
@@ -76,14 +91,14 @@ function pressed(state, filter, node) {
 }
 
 function histogram(model, state) {
-  const { colouring, lod } = state;
-  const values = model.features.map((feature, f) => valueOf(colouring, model, f, lod));
+  const { colouring } = state;
+  const values = valuesOf(model, state);
   const known = values.filter(Number.isFinite).sort((a, b) => a - b);
   const missing = values.length - known.length;
   if (known.length === 0) {
     return element('p', { class: 'note' }, 'No building has a value at this level of detail.');
   }
-  const [low, high] = colouring.range;
+  const [low, high] = rangeOf(state);
   const width = (high - low) / BARS;
   // The last bar takes all that is above, the first all that is below.
   const barOf = (value) => Math.min(Math.max(Math.floor((value - low) / width), 0), BARS - 1);
@@ -97,7 +112,12 @@ function histogram(model, state) {
   const drawn = bars.map((count, i) => {
     const [from, to] = [low + i * width, low + (i + 1) * width];
     const beyond = i === BARS - 1 && known[known.length - 1] > high;
-    const range = beyond ? `${text(from)}${unit} and more` : `${text(from)} to ${text(to)}${unit}`;
+    const below = i === 0 && known[0] < low;
+    const range = beyond
+      ? `${text(from)}${unit} and more`
+      : below
+        ? `${text(to)}${unit} and less`
+        : `${text(from)} to ${text(to)}${unit}`;
     const filter = `${colouring.key}: ${range}`;
     const height = count === 0 ? 0 : Math.max(2, (count / most) * HEIGHT);
     const act = () =>
@@ -149,14 +169,12 @@ function histogram(model, state) {
     [label(0, 'start', below), label(WIDTH / 2, 'middle', text((low + high) / 2)), label(WIDTH, 'end', above)],
   );
   const at = (share) => `${decimal(known[Math.min(known.length - 1, Math.floor(share * known.length))], 3)}${unit}`;
-  const figures = [
-    ['median', 0.5],
-    ['90 %', 0.9],
-    ['max', 1],
-  ].map(([name, share]) => element('span', {}, `${name} `, element('b', {}, at(share))));
+  const figures = FIGURES[colouring.care ?? 'none'].map(([name, share]) =>
+    element('span', {}, `${name} `, element('b', {}, at(share))),
+  );
   const note =
     missing > 0
       ? element('p', { class: 'note' }, element('i', {}), `${whole(missing)} without a value, in grey.`)
       : null;
-  return [picture, element('div', { class: 'figures' }, figures), note];
+  return [picture, element('div', { class: 'figures' }, figures), scaleControls(model, state), note];
 }

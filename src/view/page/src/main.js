@@ -1,11 +1,13 @@
 // The page: unpacks the model, and ties what is shown to what is chosen.
 
+import { keepInStep, read } from './address.js';
 import { Camera } from './camera.js';
-import { attributeNames, byAttribute, colourings, valueOf, valueText } from './colouring.js';
+import { rangeOf, valueOf, valueText } from './colouring.js';
+import { colourings } from './colourings.js';
+import { showCompass } from './compass.js';
 import { makeColourings, makeLods, makePoints, pointColours } from './controls.js';
 import { byId, element, refill } from './dom.js';
 import { FaultList } from './faults.js';
-import { decimal } from './format.js';
 import { fillHelp, listen } from './keys.js';
 import { showLegend } from './legend.js';
 import { Model } from './model.js';
@@ -16,7 +18,9 @@ import { Pointer } from './pointer.js';
 import { View } from './scene.js';
 import { makeSearch } from './search.js';
 import { State } from './state.js';
+import { showRuler } from './ruler.js';
 import { showSummary } from './summary.js';
+import { makeTheme } from './theme.js';
 
 /** Steps of a ramp: more than can be told apart. */
 const STEPS = 128;
@@ -30,7 +34,7 @@ function paintOf(model, state) {
     ? Array.from({ length: STEPS }, (_, i) => colouring.ramp(i / (STEPS - 1)))
     : colouring.categories.map(({ colour }) => colour);
   const [nothing, out] = [own.length, own.length + 1];
-  const [low, high] = colouring.range ?? [0, 1];
+  const [low, high] = rangeOf(state);
   const indexOf = (value) => {
     if (!isRamp) {
       return value >= 0 ? value : nothing;
@@ -59,63 +63,14 @@ function paintOf(model, state) {
   return { colours: [...own, NOTHING, ghost], of, lod };
 }
 
-/** Dark or light: as the system is, until the button is pressed. */
-function makeTheme(state, button, asked) {
-  const system = window.matchMedia('(prefers-color-scheme: dark)');
-  let chosen = asked;
-  const apply = () => {
-    const theme = chosen ?? (system.matches ? 'dark' : 'light');
-    document.documentElement.dataset.theme = theme;
-    state.set({ theme });
-  };
-  const toggle = () => {
-    chosen = state.theme === 'dark' ? 'light' : 'dark';
-    apply();
-  };
-  system.addEventListener('change', apply);
-  button.addEventListener('click', toggle);
-  apply();
-  return toggle;
-}
-
-/** What the address asks for behind its `#`: `colour` (a colouring or an attribute), `lod`, `theme`, `id`, `points`, `side`. */
-function fromAddress(model, all) {
-  const asked = new URLSearchParams(window.location.hash.slice(1));
-  const colour = asked.get('colour');
-  const colouring =
-    all.find(({ key, reason }) => key === colour && reason === null) ??
-    (attributeNames(model).includes(colour) ? byAttribute(model, colour) : null);
-  const lod = asked.get('lod') === null ? -1 : model.lods.indexOf(asked.get('lod'));
-  return {
-    changes: {
-      lod,
-      arePointsShown: asked.get('points') === 'on' && model.classes.length > 0,
-      ...(colouring && { colouring }),
-    },
-    theme: ['dark', 'light'].includes(asked.get('theme')) ? asked.get('theme') : null,
-    feature: model.byId.get(asked.get('id')) ?? -1,
-    isSideClosed: asked.get('side') === 'closed',
-  };
-}
-
-/** The scale bar: a round number of metres at what is looked at. */
-function showScale(view, camera) {
-  const [bar, text] = byId('scale').children;
-  let last = '';
-  view.beforeFrame.push(() => {
-    const away = view.camera.position.distanceTo(camera.controls.target);
-    const perPixel = (2 * away * Math.tan((view.camera.fov * Math.PI) / 360)) / Math.max(view.height, 1);
-    const most = perPixel * 140;
-    const scale = 10 ** Math.floor(Math.log10(most));
-    const metres = [5, 2, 1].map((step) => step * scale).find((step) => step <= most) ?? scale;
-    const label = metres >= 1000 ? `${decimal(metres / 1000)} km` : `${decimal(metres)} m`;
-    const width = `${Math.round(metres / perPixel)}px`;
-    if (label + width !== last) {
-      last = label + width;
-      bar.style.width = width;
-      refill(text, label);
-    }
-  });
+/** Says something for a while; nothing takes it away. */
+function tell(text) {
+  const node = byId('told');
+  refill(node, text);
+  node.hidden = text === '';
+  if (text !== '') {
+    setTimeout(() => node.textContent === text && (node.hidden = true), 8000);
+  }
 }
 
 async function start() {
@@ -124,17 +79,17 @@ async function start() {
   const state = new State();
   const canvas = byId('canvas');
   const all = colourings(model);
-  state.colouring = all.find((colouring) => colouring.reason === null) ?? all[all.length - 1];
-  const asked = fromAddress(model, all);
+  const asked = read(model, all);
   state.set(asked.changes);
   const view = new View(canvas, model);
-  const toggleTheme = makeTheme(state, byId('theme'), asked.theme);
+  const theme = makeTheme(state, byId('theme'), asked.theme);
   const camera = new Camera(view, canvas);
 
   const select = (f, face = -1) => state.set({ selection: f < 0 ? null : { feature: f, face } });
-  // Beside the panel, where there is room beside it.
+  // On narrow screens the panel is no cover: it takes the place of the side panel.
+  const covered = () => (getComputedStyle(byId('panel')).position === 'absolute' ? byId('panel').offsetWidth : 0);
   const flyTo = (f, milliseconds) => {
-    camera.keepFree(canvas.clientWidth > 820 ? byId('panel').offsetWidth : 0);
+    camera.keepFree(covered());
     camera.lookAt([f], milliseconds);
   };
   const go = (f, face = -1) => {
@@ -158,6 +113,11 @@ async function start() {
   const lods = makeLods(model, state, byId('lods'), byId('lod-note'));
   makePoints(model, state, byId('points-controls'));
   const faults = new FaultList(model, byId('faults'), go);
+  if (faults.isUrgent) {
+    const section = byId('faults-section');
+    section.classList.add('urgent');
+    byId('summary-section').after(section);
+  }
   makeSearch(model, byId('search'), byId('found'), go);
   fillHelp(byId('keys'));
 
@@ -174,6 +134,7 @@ async function start() {
     const isFaceShown = selection && runs.some((run) => run.start <= selection.face && selection.face < run.end);
     view.mark(runs, isFaceShown ? selection.face : -1);
     panel.show();
+    document.body.classList.toggle('selected', Boolean(feature));
     if (!feature) {
       camera.keepFree(0);
     }
@@ -187,10 +148,10 @@ async function start() {
     if (any('lod', 'filter')) {
       view.show(state.lod, (f) => state.isIn(f));
     }
-    if (any('lod', 'filter', 'colouring', 'theme')) {
+    if (any('lod', 'filter', 'colouring', 'range', 'theme')) {
       paint();
     }
-    if (any('lod', 'filter', 'colouring')) {
+    if (any('lod', 'filter', 'colouring', 'range')) {
       showLegend(model, state, byId('legend'));
     }
     if (any('selection', 'lod')) {
@@ -207,7 +168,12 @@ async function start() {
   const pointer = new Pointer(canvas, view, model, state);
   const tip = byId('tip');
   pointer.listen({
-    click: (hit) => select(hit ? hit.feature : -1, hit ? hit.face : -1),
+    click: (hit, x) => {
+      select(hit ? hit.feature : -1, hit ? hit.face : -1);
+      if (hit) {
+        camera.reveal(hit.feature, covered(), x);
+      }
+    },
     doubleClick: (hit) => hit && go(hit.feature, hit.face),
     hover: (hit, event) => {
       canvas.classList.toggle('over', hit !== null);
@@ -226,14 +192,18 @@ async function start() {
     },
   });
 
-  const toggleSide = () => {
-    const isClosed = document.body.classList.toggle('closed');
+  const closeSide = (isClosed) => {
+    document.body.classList.toggle('closed', isClosed);
     byId('menu').setAttribute('aria-expanded', String(!isClosed));
+  };
+  const toggleSide = () => {
+    closeSide(!document.body.classList.contains('closed'));
+    follow();
   };
   const actions = {
     f: () => camera.fit(false, 550),
     o: () => camera.fit(true, 550),
-    d: toggleTheme,
+    d: theme.toggle,
     m: toggleSide,
     l: () => state.set({ lod: lods[(lods.indexOf(state.lod) + 1) % lods.length] }),
     p: () => model.classes.length > 0 && state.set({ arePointsShown: !state.arePointsShown }),
@@ -261,25 +231,35 @@ async function start() {
   byId('menu').addEventListener('click', toggleSide);
   byId('help').addEventListener('click', actions['?']);
 
-  if (asked.isSideClosed) {
-    toggleSide();
-  }
+  const show = ({ feature, unknown }, milliseconds) => {
+    select(feature);
+    if (feature >= 0) {
+      flyTo(feature, milliseconds);
+    }
+    tell(unknown === null ? '' : `No building of this model has the id ${unknown}`);
+  };
+  const follow = keepInStep(model, state, all, theme, (wanted) => {
+    state.set(wanted.changes);
+    theme.choose(wanted.theme);
+    closeSide(wanted.isSideClosed);
+    show(wanted);
+  });
+  closeSide(asked.isSideClosed);
   const resize = () => {
     view.resize(canvas.clientWidth, canvas.clientHeight);
     camera.refit();
   };
   resize();
   camera.fit();
-  if (asked.feature >= 0) {
-    select(asked.feature);
-    flyTo(asked.feature, 0);
-  }
+  show(asked, 0);
   new ResizeObserver(resize).observe(canvas);
-  showScale(view, camera);
+  showRuler(view, camera, byId('scale'));
+  showCompass(view, camera, byId('compass'));
   requestAnimationFrame(() => {
     byId('loading').hidden = true;
     // For the console and for tests: what is shown, and how to ask for more.
     window.gable = {
+      faults,
       model,
       state,
       view,

@@ -1,6 +1,7 @@
 // The model as flat arrays: features, faces, triangles and edges, all levels of detail in one.
 
 import { unfold } from './payload.js';
+import { Vocabulary } from './vocabulary.js';
 
 const byDetail = (a, b) => (Number.parseFloat(a) || 0) - (Number.parseFloat(b) || 0) || a.localeCompare(b);
 
@@ -13,6 +14,7 @@ export class Model {
     this.head = head;
     this.objects = head.objects;
     this.surfaces = head.surfaces;
+    this.vocabulary = new Vocabulary(head, head.objects);
     // Levels of detail from coarse to fine; `order[l]` is the rank of level `l` of the payload.
     this.lods = [...head.lods].sort(byDetail);
     const rank = head.lods.map((lod) => this.lods.indexOf(lod));
@@ -199,6 +201,21 @@ export class Model {
   /** The semantic surface of a face. */
   surfaceOf(face) {
     return this.faceSurface[face] < 0 ? null : this.surfaces[this.faceSurface[face]];
+  }
+
+  /** The outline of a face: pairs of corners. Edges that are drawn with the face on their other side are in it, too. */
+  outline(face) {
+    const sides = new Map();
+    for (let i = this.faceTriangle[face]; i < this.faceTriangle[face + 1]; i += 3) {
+      const corners = [0, 1, 2].map((k) => this.triangles[i + k]);
+      corners.forEach((a, k) => {
+        const side = [a, corners[(k + 1) % 3]].sort((x, y) => x - y);
+        const key = side.join();
+        sides.set(key, sides.has(key) ? null : side);
+      });
+    }
+    // A side of two triangles is inside.
+    return [...sides.values()].filter(Boolean).flat();
   }
 
   /** Area of a face in square metres. */

@@ -55,14 +55,51 @@ export const CATEGORIES = [
   '#4d5a66',
 ];
 
+/** Types of roofs: each of the same colour in every model. */
+export const ROOF_TYPES = {
+  flat: '#56b4e9',
+  'multiple-flat': '#0072b2',
+  slanted: '#e69f00',
+  'no points': '#8c8794',
+  'could not detect': '#5b5563',
+};
+
 /** Steps of the ladder, from the best to the last. */
-export const LADDER = ['#2c7fb8', '#7fc5c2', '#f4dc7a', '#ee8a3d', '#c2332c'];
+export const LADDER = ['#2c7fb8', '#7fc5c2', '#f4dc7a', '#b79ad6', '#ee8a3d', '#c2332c'];
+
+/** Valid, labels wrong, invalid, the face at fault. */
+export const VALIDITY = ['#7fb2dc', '#efc14e', '#ee8a7c', '#b3121d'];
 
 /** From good to bad, through pale: blue, yellow, red. */
 const GOOD_TO_BAD = ['#2f6fb3', '#73b3d8', '#d6e8d0', '#fbe58f', '#f39b4d', '#c92f26'];
 
 /** From low to high, neither being better (after viridis). */
-const LOW_TO_HIGH = ['#482878', '#3e4a89', '#31688e', '#26828e', '#35b779', '#b5de2b', '#fde725'];
+const LOW_TO_HIGH = ['#5b3fa0', '#4b62b3', '#3d86bd', '#35a6a6', '#5cc287', '#b8dd4a', '#fde725'];
+
+/**
+ * Values of an attribute as categories, those of known colours first, then the most frequent; beyond ten the rest is one. Gives
+ * the categories, and of each value the index of its own, or -1.
+ */
+export function categorical(values, preferred = {}) {
+  const counts = new Map();
+  values.filter((value) => value !== undefined).forEach((value) => counts.set(value, (counts.get(value) ?? 0) + 1));
+  const ranks = Object.keys(preferred);
+  const rank = (value) => (ranks.includes(value) ? ranks.indexOf(value) : ranks.length);
+  const order = [...counts.keys()].sort(
+    (a, b) => rank(a) - rank(b) || counts.get(b) - counts.get(a) || a.localeCompare(b),
+  );
+  const named = order.slice(0, order.length > CATEGORIES.length ? CATEGORIES.length - 1 : order.length);
+  const free = CATEGORIES.filter((colour) => !Object.values(preferred).includes(colour)).values();
+  const categories = named.map((value) => ({ name: value, colour: preferred[value] ?? free.next().value ?? NOTHING }));
+  if (named.length < order.length) {
+    categories.push({ name: `${order.length - named.length} other values`, colour: CATEGORIES[CATEGORIES.length - 1] });
+  }
+  const index = new Map(named.map((value, i) => [value, i]));
+  return {
+    categories,
+    indices: values.map((value) => (value === undefined ? -1 : (index.get(value) ?? named.length))),
+  };
+}
 
 const parse = (hex) => [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16));
 

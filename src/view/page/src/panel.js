@@ -8,7 +8,6 @@ import { LABELS, NOTHING } from './palette.js';
 export class Panel {
   constructor(model, state, node, { flyTo, close }) {
     Object.assign(this, { model, state, node, flyTo, close });
-    this.meanings = new Map(model.head.attributes.map((attribute) => [attribute.name, attribute]));
   }
 
   show() {
@@ -112,16 +111,18 @@ export class Panel {
     if (all.length === 0) {
       return element('section', {}, element('p', { class: 'note' }, `This ${kind} has no attributes.`));
     }
-    // What gable says stands apart from what the footprint brought along.
-    const ours = Object.fromEntries(all.filter(([name]) => this.meanings.has(name)));
-    const others = Object.fromEntries(all.filter(([name]) => !this.meanings.has(name)));
-    const list = (rows) => element('dl', {}, rows);
-    return [
-      Object.keys(ours).length > 0 ? section(`${kind}, by gable`, null, list(this.rows(ours))) : null,
-      Object.keys(others).length > 0
-        ? section(`${kind}${Object.keys(ours).length > 0 ? ', from the source' : ''}`, null, list(this.rows(others)))
-        : null,
-    ];
+    // What the maker of the model says stands apart from what the footprint brought along.
+    const byMaker = new Map();
+    all.forEach(([name, value]) => {
+      const maker = this.model.vocabulary.makerOf(name);
+      byMaker.set(maker, [...(byMaker.get(maker) ?? []), [name, value]]);
+    });
+    const makers = [...byMaker.keys()].sort((a, b) => Number(a === null) - Number(b === null));
+    const title = (maker) =>
+      maker !== null ? `${kind}, by ${maker}` : makers.length > 1 ? `${kind}, from the source` : kind;
+    return makers.map((maker) =>
+      section(title(maker), null, element('dl', {}, this.rows(Object.fromEntries(byMaker.get(maker))))),
+    );
   }
 
   run(feature) {
@@ -149,10 +150,10 @@ export class Panel {
 
   rows(attributes) {
     return Object.entries(attributes).flatMap(([name, value]) => {
-      const known = this.meanings.get(name);
-      const unit = known?.unit === 'CRS' ? '' : (known?.unit ?? '');
-      const text = `${shown(value)}${unit && typeof value === 'number' ? ` ${unit}` : ''}`;
-      return [element('dt', { title: known?.meaning }, known ? words(name) : name), element('dd', {}, text)];
+      const known = this.model.vocabulary.known(name);
+      const unit = typeof value === 'number' && known?.unit ? ` ${known.unit}` : '';
+      const title = known ? `${name}: ${known.meaning}` : undefined;
+      return [element('dt', { title }, known?.title ?? name), element('dd', {}, `${shown(value)}${unit}`)];
     });
   }
 }

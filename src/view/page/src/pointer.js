@@ -30,7 +30,8 @@ export class Pointer {
     });
     this.canvas.addEventListener('pointerup', (event) => {
       if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < STILL) {
-        click(this.at(event.clientX, event.clientY));
+        const { left } = this.canvas.getBoundingClientRect();
+        click(this.at(event.clientX, event.clientY), event.clientX - left);
       }
       down = null;
     });

@@ -3,62 +3,22 @@
 import {
   BufferAttribute,
   BufferGeometry,
-  Color,
-  DirectionalLight,
   DoubleSide,
-  HemisphereLight,
   LineBasicMaterial,
   LineSegments,
   Mesh,
-  MeshBasicMaterial,
   MeshLambertMaterial,
-  PCFShadowMap,
-  PerspectiveCamera,
   Points,
-  PointsMaterial,
-  Scene,
-  Vector3,
-  WebGLRenderer,
 } from 'three';
-import { groundMesh } from './ground.js';
+import { Marks } from './marks.js';
 import { toLinear } from './palette.js';
+import { Stage, pointMaterial } from './stage.js';
 
-const THEMES = {
-  light: { back: '#eef1f4', ground: '#ffffff', edge: '#20242a', shadow: 0.34, sky: 2.2, sun: 1.9, mark: '#d4178f' },
-  dark: { back: '#15181c', ground: '#262b31', edge: '#07090b', shadow: 0.6, sky: 1.75, sun: 1.8, mark: '#ff5cc0' },
-};
-
-/** From the model to the sun, which stands in the south-west. */
-const SUN = new Vector3(-0.55, -0.72, 0.95).normalize();
-
-/** Points are drawn this much nearer than they are, metres: those just below their roof are the ones to look at. */
-const POINT_LIFT = 0.3;
-
-/** A frame of a movement that takes longer is slow, milliseconds. */
-const SLOW = 70;
-
-/** The share of pixels across and down that slow machines draw while the view moves. */
-const COARSE = 0.5;
-
-export class View {
+export class View extends Stage {
   constructor(canvas, model) {
-    this.model = model;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFShadowMap;
-    this.renderer.shadowMap.autoUpdate = false;
-    this.scene = new Scene();
-    this.camera = new PerspectiveCamera(36, 1, 0.1, 1000);
-    this.camera.up.set(0, 0, 1);
-    this.beforeFrame = [];
+    super(canvas, model);
     this.makeModel();
     this.makePoints();
-    this.makeLights();
-    this.ground = groundMesh(model);
-    if (this.ground) {
-      this.scene.add(this.ground.mesh);
-    }
-    this.frames = { count: 0, milliseconds: 0 };
   }
 
   makeModel() {
@@ -80,10 +40,8 @@ export class View {
     this.faces = new Mesh(this.solid, material);
     Object.assign(this.faces, { frustumCulled: false, castShadow: true, receiveShadow: true });
     this.lines = this.overlayLines(new Uint32Array(model.edges.length), { transparent: true, opacity: 0.6 });
-    this.marked = this.overlayFaces({ transparent: true, opacity: 0.3, depthWrite: false });
-    this.markedFace = this.overlayFaces({ transparent: true, opacity: 0.55, depthWrite: false });
-    this.markedLines = this.overlayLines(new Uint32Array(0), { depthTest: true });
-    this.scene.add(this.faces, this.lines, this.marked, this.markedFace, this.markedLines);
+    this.marks = new Marks(model.positions);
+    this.scene.add(this.faces, this.lines, this.marks.group);
   }
 
   overlayLines(index, options) {
@@ -95,56 +53,23 @@ export class View {
     return lines;
   }
 
-  overlayFaces(options) {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.position);
-    geometry.setIndex(new BufferAttribute(new Uint32Array(0), 1));
-    const mesh = new Mesh(geometry, new MeshBasicMaterial({ side: DoubleSide, ...options }));
-    mesh.frustumCulled = false;
-    return mesh;
-  }
-
   makePoints() {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(this.model.points, 3));
     this.pointColour = new BufferAttribute(new Uint16Array(this.model.points.length), 3, true);
     geometry.setAttribute('color', this.pointColour);
-    const material = new PointsMaterial({ vertexColors: true, sizeAttenuation: false, size: 2 });
-    material.onBeforeCompile = (shader) => {
-      const lifted = `#include <project_vertex>
-        float away = max(length(mvPosition.xyz), 1.0);
-        vec4 lifted = projectionMatrix * vec4(mvPosition.xyz * (1.0 - ${POINT_LIFT.toFixed(2)} / away), 1.0);
-        gl_Position.z = lifted.z / lifted.w * gl_Position.w;`;
-      shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', lifted);
-    };
-    this.points = new Points(geometry, material);
+    this.points = new Points(geometry, pointMaterial());
+    this.pointMaterials.push(this.points.material);
     this.points.frustumCulled = false;
     this.points.visible = false;
     this.scene.add(this.points);
   }
 
-  makeLights() {
-    this.sky = new HemisphereLight('#ffffff', '#cdbfae', 1);
-    this.sky.position.set(0, 0, 1);
-    this.sun = new DirectionalLight('#fff4e2', 1);
-    this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(4096, 4096);
-    this.sun.shadow.radius = 2;
-    this.scene.add(this.sky, this.sun, this.sun.target);
-  }
-
   /** The colours of everything that is not the model. */
   setTheme(name) {
-    const theme = THEMES[name];
-    this.theme = theme;
-    this.scene.background = new Color(theme.back);
-    this.sky.intensity = theme.sky;
-    this.sun.intensity = theme.sun;
+    const theme = super.setTheme(name);
     this.lines.material.color.set(theme.edge);
-    [this.marked, this.markedFace].forEach((mesh) => mesh.material.color.set(theme.mark));
-    this.markedLines.material.color.set(theme.mark);
-    this.ground?.setTheme(theme);
-    this.invalidate();
+    this.marks.setTheme(theme);
   }
 
   /** Shows the faces of a level of detail (-1: the best of each object); of features outside the filter no edges. */
@@ -211,94 +136,14 @@ export class View {
     this.invalidate();
   }
 
-  /** Marks faces `[start, end)` runs of a feature, and one face of them. */
+  /** Marks the edges of faces `[start, end)` runs of a feature, and the outline of one face of them. */
   mark(runs, face) {
     const { model } = this;
-    const joined = (of, starts) => {
-      const parts = runs.map(({ start, end }) => of.subarray(starts[start], starts[end]));
-      const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
-      parts.reduce((at, part) => (all.set(part, at), at + part.length), 0);
-      return all;
-    };
-    this.marked.geometry.setIndex(new BufferAttribute(joined(model.triangles, model.faceTriangle), 1));
-    this.markedLines.geometry.setIndex(new BufferAttribute(joined(model.edges, model.faceEdge), 1));
-    const own = face < 0 ? [] : model.triangles.subarray(model.faceTriangle[face], model.faceTriangle[face + 1]);
-    this.markedFace.geometry.setIndex(new BufferAttribute(Uint32Array.from(own), 1));
+    const edges = runs.flatMap(({ start, end }) => [
+      ...model.edges.subarray(model.faceEdge[start], model.faceEdge[end]),
+    ]);
+    this.marks.show(edges, face < 0 ? [] : model.outline(face));
     this.invalidate();
-  }
-
-  resize(width, height) {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.isCoarse ? COARSE : 1);
-    this.renderer.setPixelRatio(ratio);
-    this.renderer.setSize(width, height, false);
-    this.width = width;
-    this.camera.aspect = width / Math.max(height, 1);
-    this.camera.updateProjectionMatrix();
-    this.points.material.size = 2.2 * ratio;
-    this.height = height;
-    this.invalidate();
-  }
-
-  /** Lays the shadow map over the whole model, or over what is looked at where that is smaller. */
-  fitShadow(centre, radius) {
-    const { camera, mapSize } = this.sun.shadow;
-    // In whole texels, or shadows would creep when the view moves.
-    const texel = (2 * radius) / mapSize.x;
-    const snapped = centre.clone().divideScalar(texel).round().multiplyScalar(texel);
-    this.sun.target.position.copy(snapped);
-    this.sun.position.copy(snapped).addScaledVector(SUN, radius * 2);
-    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: 0.1, far: radius * 4.5 });
-    camera.updateProjectionMatrix();
-    // A face must not shade itself for the width of a texel; in shares of the depth of the map.
-    this.sun.shadow.bias = -(2.5 * texel) / (radius * 4.5);
-    this.castAnew();
-  }
-
-  castAnew() {
-    this.renderer.shadowMap.needsUpdate = true;
-  }
-
-  /** Asks for a frame; nothing is drawn while nothing changes. */
-  invalidate() {
-    if (this.asked) {
-      return;
-    }
-    this.asked = true;
-    requestAnimationFrame((now) => {
-      this.asked = false;
-      this.draw(now);
-    });
-  }
-
-  draw(now) {
-    this.beforeFrame.forEach((act) => act(now));
-    const started = performance.now();
-    this.renderer.render(this.scene, this.camera);
-    this.frames.count += 1;
-    this.frames.milliseconds += performance.now() - started;
-  }
-
-  /**
-   * While the view moves, slow machines draw fewer pixels, and all of them again when it rests: `now` is the time of a frame
-   * of a movement.
-   */
-  keepUp(now) {
-    const since = now - (this.movedAt ?? 0);
-    this.movedAt = now;
-    // Longer is no movement that goes on, but another one.
-    const isSlow = since > SLOW && since < 5000;
-    this.slowFrames = isSlow ? (this.slowFrames ?? 0) + 1 : 0;
-    if (this.slowFrames >= 3 && !this.isCoarse) {
-      this.setCoarse(true);
-    }
-    clearTimeout(this.resting);
-    const patience = isSlow ? Math.max(400, since * 2) : 400;
-    this.resting = setTimeout(() => this.isCoarse && this.setCoarse(false), patience);
-  }
-
-  setCoarse(isCoarse) {
-    this.isCoarse = isCoarse;
-    this.resize(this.width, this.height);
   }
 
   /** Fades edges out where they would only darken the picture: `perPixel` is metres per pixel at what is looked at. */

@@ -5,16 +5,16 @@ import { element, refill } from './dom.js';
 const MOST = 12;
 
 export function makeSearch(model, input, list, choose) {
-  // Ids of buildings and of their parts, each once.
-  const ids = [...model.byId.keys()];
-  const lower = ids.map((id) => id.toLowerCase());
+  // Of each building its own id first, then those of its parts: whichever is looked for, the building is found once.
+  const idsOf = ({ firstObject, endObject }) => model.objects.slice(firstObject, endObject).map(({ id }) => id);
+  const lower = model.features.map((feature) => idsOf(feature).map((id) => id.toLowerCase()));
   let [found, active] = [[], 0];
 
   const show = () => {
     const open = input.value.trim() !== '' && document.activeElement === input;
     input.setAttribute('aria-expanded', String(open));
     list.hidden = !open;
-    const items = found.map((id, i) =>
+    const items = found.map(({ f, part }, i) =>
       element(
         'li',
         {
@@ -23,7 +23,8 @@ export function makeSearch(model, input, list, choose) {
           'aria-selected': String(i === active),
           onmousedown: (event) => (event.preventDefault(), take(i)),
         },
-        id,
+        model.features[f].id,
+        part ? element('span', { class: 'part' }, `part ${part}`) : null,
       ),
     );
     refill(list, items.length > 0 ? items : element('li', { class: 'none' }, 'No building has such an id'));
@@ -36,9 +37,10 @@ export function makeSearch(model, input, list, choose) {
     // What is the same comes first, then what begins so, then what holds it.
     const ranks = [(id) => id === wanted, (id) => id.startsWith(wanted), (id) => id.includes(wanted)];
     for (const fits of wanted === '' ? [] : ranks) {
-      for (let i = 0; i < ids.length && found.length < MOST; i += 1) {
-        if (fits(lower[i]) && !found.includes(ids[i])) {
-          found.push(ids[i]);
+      for (let f = 0; f < lower.length && found.length < MOST; f += 1) {
+        const at = lower[f].findIndex(fits);
+        if (at >= 0 && !found.some((known) => known.f === f)) {
+          found.push({ f, part: at > 0 ? model.objects[model.features[f].firstObject + at].id : null });
         }
       }
     }
@@ -47,9 +49,10 @@ export function makeSearch(model, input, list, choose) {
 
   const take = (i) => {
     if (found[i] !== undefined) {
-      input.value = found[i];
+      const { f } = found[i];
+      input.value = model.features[f].id;
       input.blur();
-      choose(model.byId.get(found[i]));
+      choose(f);
     }
   };
 

@@ -5,6 +5,8 @@ export class State {
     // Level of detail: a rank of Model.lods, or -1 for the best of each object.
     this.lod = -1;
     this.colouring = null;
+    // The scale of the colours, [low, high], where another is chosen than that of the colouring; null for that.
+    this.range = null;
     // { name, test(f) }, or null for all features.
     this.filter = null;
     // { feature, face } or null; the face is -1 when no face was pointed at.
@@ -21,8 +23,10 @@ export class State {
   }
 
   set(changes) {
-    const changed = Object.keys(changes).filter((name) => this[name] !== changes[name]);
-    Object.assign(this, changes);
+    // Another colouring has a scale of its own.
+    const all = 'colouring' in changes && changes.colouring !== this.colouring ? { range: null, ...changes } : changes;
+    const changed = Object.keys(all).filter((name) => this[name] !== all[name]);
+    Object.assign(this, all);
     if (changed.length > 0) {
       this.listeners.forEach((act) => act(new Set(changed)));
     }

@@ -103,7 +103,12 @@ function showRun(run, nodes) {
   row('field', run.field?.field);
   row('interrupted', run.interrupted ? 'yes' : undefined);
   const rmse = run.quality?.rmse_lod22;
-  row('RMSE at LoD 2.2', rmse ? `${decimal(rmse.p50)} m median, ${decimal(rmse.p90)} m at 90 %` : undefined);
+  row(
+    'RMSE at LoD 2.2',
+    rmse
+      ? `${decimal(rmse.p50)} m median, ${decimal(rmse.p90)} m at 90 %: points to the nearest face, per building`
+      : undefined,
+  );
   for (const [name, count] of Object.entries(run.counts?.fallbacks ?? {})) {
     row(words(name), whole(count));
   }
