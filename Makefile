@@ -2,6 +2,7 @@
 # make test         run all tests
 # make faults       damaged and hostile inputs, full disks, kills, too much of everything: no breach (a minute; MINUTES=60)
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
+# make pdal         the plugin for PDAL, and the same pipelines in both (says so where there is no PDAL; PDAL_DIR names one)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make python       the Python package: a wheel in out/wheels, tested in an environment of its own
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
@@ -14,7 +15,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test faults postgis platforms python loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test faults postgis pdal platforms python loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -40,6 +41,10 @@ faults: setup
 # Says that it was skipped, and why, where there is no PostgreSQL with PostGIS to be had.
 postgis: setup
 	bash scripts/test-postgis.sh
+
+# Says that it was skipped, and why, where there is no PDAL.
+pdal: setup
+	bash scripts/test-pdal.sh
 
 # Says that it was skipped, and why, where what it needs cannot be installed.
 platforms: setup

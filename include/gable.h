@@ -112,6 +112,20 @@ typedef int (*gable_progress_callback)(enum gable_stage stage,
                                        uint64_t total,
                                        void *user_data);
 
+// An option of the stage `writers.lod2` of `gable pipeline`.
+typedef struct gable_option {
+  // Its name, such as "building_class".
+  const char *name;
+  // What it does and what it accepts: one line without a full stop.
+  const char *help;
+  // Its default as text; NULL when it has none.
+  const char *default_value;
+  // Not 0 when it takes several values: an array of texts, or one text with commas.
+  int is_list;
+  // Not 0 when the stage cannot do without it.
+  int is_required;
+} gable_option;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -165,17 +179,34 @@ enum gable_status gable_run(struct gable_job *job,
                             gable_progress_callback on_progress,
                             void *user_data);
 
-// Why the last call on the job failed, in one line: what was found where, what was expected, and what to do. "" after
-// a call that did not. Valid until the next call on the job.
+// Why the last call on the job failed, in one line: what was found where, what was expected, and what to do; or what the
+// model lacks when a run was GABLE_STATUS_INCOMPLETE or GABLE_STATUS_EMPTY. "" after all other calls. Valid until the next call on the job.
 const char *gable_error(const struct gable_job *job);
 
 // The report of the run as JSON (schemas/report.schema.json): counts, quality, warnings, and what became of each
 // building. NULL before the run, and when it failed. Valid until the job is freed.
 const char *gable_report(const struct gable_job *job);
 
+// A part of the report by its JSON Pointer (RFC 6901), such as "/counts" or "/warnings/0": a text without its quotes, all
+// else as JSON. NULL when there is none, such as behind the last warning. Valid until this is called again for the job.
+const char *gable_report_part(const struct gable_job *job,
+                              const char *pointer);
+
 // Frees a job and its points; NULL is fine. A job may be freed once, and neither it nor its texts may be used after that.
 // A job that is running is not freed: the status is GABLE_STATUS_BUSY.
 enum gable_status gable_free(struct gable_job *job);
+
+// The options of the stage `writers.lod2` of `gable pipeline`, for a program with pipelines of its own; those that all
+// stages have, such as "where", are not among them. *count becomes their number. They are never freed.
+const struct gable_option *gable_writer_options(size_t *count);
+
+// As gable_create, for a stage of another program's pipeline: options has the members that gable_writer_options tells, with
+// the same checks and the same words as in `gable pipeline`. "filename" is required, and "footprints" or "no_footprint". A
+// file of that name is refused at once unless "overwrite" says otherwise. "crs" goes before the crs of the points. The points
+// that are pushed wait beside the file that is to be written.
+enum gable_status gable_create_writer(const char *options,
+                                      const char *crs,
+                                      struct gable_job **job);
 
 #ifdef __cplusplus
 }  // extern "C"

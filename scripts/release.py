@@ -115,6 +115,8 @@ def main() -> int:
     if library.exists():
         files["lib/libgable.so"] = library.read_bytes()
         files["include/gable.h"] = (ROOT / "include" / "gable.h").read_bytes()
+        for name in ("CMakeLists.txt", "Lod2Writer.cpp"):
+            files[f"pdal/{name}"] = (ROOT / "pdal" / name).read_bytes()
     for name in ("README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"):
         files[name] = (ROOT / name).read_bytes()
     (OUT / "THIRD-PARTY.txt").write_bytes(files["THIRD-PARTY.txt"])

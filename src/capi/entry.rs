@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 
 use super::chunk::{Columns, GableChunk};
-use super::job::{GableJob, GableStatus};
+use super::job::{GableJob, GableStatus, Told};
 use super::messages::{Callbacks, GableLineCallback, GableProgressCallback, Lines, Listener, Message};
 use super::text::{from_c, to_c};
-use crate::cli::options;
+use crate::cli::{options, summary};
 use crate::error::{Error, InputError, Result};
 use crate::guard::guarded;
 use crate::report::Report;
@@ -52,16 +52,25 @@ pub unsafe extern "C" fn gable_create(
     crs: *const c_char,
     job: *mut *mut GableJob,
 ) -> GableStatus {
+    // SAFETY: the caller vouches for the texts and for the place of the job.
+    unsafe {
+        make(job, |created| {
+            let (options, crs) = (from_c(options, "options")?, from_c(crs, "crs")?);
+            created.set_up(options::job(options.unwrap_or_default())?, crs)
+        })
+    }
+}
+
+/// Makes a job and sets it up; it goes to `job` in any case, with the error where there is one.
+///
+/// # Safety
+/// `job` is null or may be written to.
+pub(super) unsafe fn make(job: *mut *mut GableJob, set_up: impl FnOnce(&GableJob) -> Result<()>) -> GableStatus {
     if job.is_null() || !job.is_aligned() {
         return GableStatus::Failed;
     }
     let created = Box::new(GableJob::new());
-    let outcome = guarded(|| {
-        // SAFETY: the caller vouches for both texts.
-        let (options, crs) = unsafe { (from_c(options, "options")?, from_c(crs, "crs")?) };
-        created.set_up(options::job(options.unwrap_or_default())?, crs)
-    });
-    let status = match outcome {
+    let status = match guarded(|| set_up(&created)) {
         Ok(Ok(())) => GableStatus::Ok,
         Ok(Err(error)) => {
             created.keep_error(&error.to_string());
@@ -140,24 +149,31 @@ pub unsafe extern "C" fn gable_run(
 ) -> GableStatus {
     // SAFETY: the caller vouches for the job.
     let Some(job) = (unsafe { job.as_ref() }) else { return GableStatus::Failed };
-    job.enter(|state| {
+    let mut lack = None;
+    let status = job.enter(|state| {
         let task = state.finish()?;
         let callbacks = Callbacks { line: on_line, progress: on_progress, user_data };
         // SAFETY: the caller vouches for the callbacks.
         let report = unsafe { reconstruct(&task, callbacks) }?;
-        let json = serde_json::to_string(&report).map_err(|e| Error::io("the report", "write", e.into()))?;
-        *job.report() = Some(to_c(json));
+        let fault = |e: serde_json::Error| Error::io("the report", "write", e.into());
+        let text = to_c(serde_json::to_string(&report).map_err(fault)?);
+        lack = summary::lack(&report);
+        *job.report() = Some(Told { text, value: serde_json::to_value(&report).map_err(fault)? });
         Ok(match report.exit_code {
             _ if report.interrupted => GableStatus::Cancelled,
             0 => GableStatus::Ok,
             1 => GableStatus::Empty,
             _ => GableStatus::Incomplete,
         })
-    })
+    });
+    if let (GableStatus::Incomplete | GableStatus::Empty, Some(lack)) = (status, lack) {
+        job.keep_error(&lack);
+    }
+    status
 }
 
-/// Why the last call on the job failed, in one line: what was found where, what was expected, and what to do. "" after
-/// a call that did not. Valid until the next call on the job.
+/// Why the last call on the job failed, in one line: what was found where, what was expected, and what to do; or what the
+/// model lacks when a run was GABLE_STATUS_INCOMPLETE or GABLE_STATUS_EMPTY. "" after all other calls. Valid until the next call on the job.
 ///
 /// # Safety
 /// `job` is null or was created and not freed.
@@ -179,7 +195,25 @@ pub unsafe extern "C" fn gable_error(job: *const GableJob) -> *const c_char {
 pub unsafe extern "C" fn gable_report(job: *const GableJob) -> *const c_char {
     // SAFETY: the caller vouches for the job.
     let report = unsafe { job.as_ref() }.map(GableJob::report);
-    report.as_ref().and_then(|report| report.as_ref()).map_or(std::ptr::null(), |text| text.as_ptr())
+    report.as_ref().and_then(|report| report.as_ref()).map_or(std::ptr::null(), |told| told.text.as_ptr())
+}
+
+/// A part of the report by its JSON Pointer (RFC 6901), such as "/counts" or "/warnings/0": a text without its quotes, all
+/// else as JSON. NULL when there is none, such as behind the last warning. Valid until this is called again for the job.
+///
+/// # Safety
+/// `job` is null or was created and not freed; `pointer` is null or ends with a zero.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gable_report_part(job: *const GableJob, pointer: *const c_char) -> *const c_char {
+    // SAFETY: the caller vouches for both.
+    let (job, pointer) = unsafe { (job.as_ref(), from_c(pointer, "pointer")) };
+    let (Some(job), Ok(Some(pointer))) = (job, pointer) else { return std::ptr::null() };
+    let report = job.report();
+    let Some(found) = report.as_ref().and_then(|told| told.value.pointer(pointer)) else { return std::ptr::null() };
+    let text = found.as_str().map_or_else(|| found.to_string(), str::to_owned);
+    let mut part = job.part();
+    *part = to_c(text);
+    part.as_ptr()
 }
 
 /// Frees a job and its points; NULL is fine. A job may be freed once, and neither it nor its texts may be used after that.

@@ -28,12 +28,27 @@ pub enum GableStatus {
     Busy = 5,
 }
 
+/// How messages and reports call the points.
+pub(super) const POINTS: &str = "points";
+
+/// Opens the feed of a job.
+pub(super) type OpenFeed = fn(&Job) -> Result<Feed>;
+
 /// A job: options, points, and what came of them. Only pointers to it are used; gable_create makes one and gable_free
 /// takes it back.
 pub struct GableJob {
     state: Mutex<State>,
     error: Mutex<CString>,
-    report: Mutex<Option<CString>>,
+    report: Mutex<Option<Told>>,
+    part: Mutex<CString>,
+}
+
+/// What a run has to tell.
+pub(super) struct Told {
+    /// As JSON.
+    pub text: CString,
+    /// The same.
+    pub value: serde_json::Value,
 }
 
 /// How far a job is.
@@ -44,6 +59,10 @@ pub(super) struct State {
     pub crs: Option<String>,
     /// Takes points until the run.
     pub feed: Option<Feed>,
+    /// Opens the feed.
+    open: OpenFeed,
+    /// Whether there may be no points.
+    may_be_empty: bool,
     /// Whether it has run.
     pub has_run: bool,
 }
@@ -51,8 +70,29 @@ pub(super) struct State {
 impl GableJob {
     /// A job that knows nothing yet.
     pub(super) fn new() -> Self {
-        let state = State { job: None, crs: None, feed: None, has_run: false };
-        Self { state: Mutex::new(state), error: Mutex::default(), report: Mutex::new(None) }
+        let state = State {
+            job: None,
+            crs: None,
+            feed: None,
+            open: |_| Feed::new(POINTS),
+            may_be_empty: false,
+            has_run: false,
+        };
+        Self { state: Mutex::new(state), error: Mutex::default(), report: Mutex::new(None), part: Mutex::default() }
+    }
+
+    /// Takes the options of a stage of another program's pipeline, which may have no points for it; a CRS among them goes before
+    /// that of the points.
+    ///
+    /// # Errors
+    /// The CRS is not what it should be.
+    #[cfg(feature = "pipelines")]
+    pub(super) fn set_up_writer(&self, mut job: Job, crs: Option<&str>, open: OpenFeed) -> Result<()> {
+        let own = job.crs.take();
+        self.set_up(job, own.as_deref().or(crs))?;
+        let mut state = self.lock().map_err(|()| unusable("a job in use"))?;
+        (state.open, state.may_be_empty) = (open, true);
+        Ok(())
     }
 
     /// Takes the options and the CRS of the points.
@@ -106,9 +146,14 @@ impl GableJob {
         *self.error() = to_c(error);
     }
 
-    /// The report of the last run as JSON.
-    pub(super) fn report(&self) -> MutexGuard<'_, Option<CString>> {
+    /// The report of the last run.
+    pub(super) fn report(&self) -> MutexGuard<'_, Option<Told>> {
         self.report.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The part of the report that was asked for last.
+    pub(super) fn part(&self) -> MutexGuard<'_, CString> {
+        self.part.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -121,7 +166,10 @@ impl State {
         self.refuse_misuse()?;
         match &mut self.feed {
             Some(feed) => Ok(feed),
-            none => Ok(none.insert(Feed::new("points")?)),
+            none => {
+                let job = self.job.as_ref().ok_or_else(|| unusable("a job without options"))?;
+                Ok(none.insert((self.open)(job)?))
+            }
         }
     }
 
@@ -130,11 +178,14 @@ impl State {
     /// # Errors
     /// As [`Self::feed`].
     pub(super) fn finish(&mut self) -> Result<Job> {
+        if self.may_be_empty {
+            self.feed()?;
+        }
         self.refuse_misuse()?;
         let mut job = self.job.clone().ok_or_else(|| unusable("a job without options"))?;
         job.crs.clone_from(&self.crs);
         self.has_run = true;
-        let feed = self.feed.take().filter(|feed| feed.points() > 0);
+        let feed = self.feed.take().filter(|feed| feed.points() > 0 || self.may_be_empty);
         if feed.is_none() && job.tiles.is_empty() {
             let fault = InputError::new("the job", "no points", "points that were pushed, or the option \"tiles\"");
             return Err(fault.into());

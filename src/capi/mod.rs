@@ -17,10 +17,15 @@ mod entry;
 mod job;
 mod messages;
 mod text;
+#[cfg(feature = "pipelines")]
+mod writer;
 
 pub use chunk::GableChunk;
 pub use entry::{
-    gable_cover, gable_create, gable_error, gable_free, gable_push, gable_report, gable_run, gable_version,
+    gable_cover, gable_create, gable_error, gable_free, gable_push, gable_report, gable_report_part, gable_run,
+    gable_version,
 };
 pub use job::{GableJob, GableStatus};
 pub use messages::{GableLineCallback, GableProgressCallback, GableStage};
+#[cfg(feature = "pipelines")]
+pub use writer::{GableOption, gable_create_writer, gable_writer_options};

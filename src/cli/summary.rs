@@ -149,8 +149,8 @@ fn terrain_line(terrain: &TerrainReport) -> String {
 /// How many warnings a line has room for.
 const TOLD: usize = 3;
 
-/// Why the exit code is not 0, in one line: all that is said of a run of which nothing but errors is to be said.
-pub fn shortfall(report: &Report) -> Option<String> {
+/// What the model lacks where the exit code is not 0, in one line.
+pub fn lack(report: &Report) -> Option<String> {
     let counts = &report.counts;
     let bad = report.inputs.tiles.iter().filter(|tile| tile.left_out || tile.missing_points > 0).count();
     let parts = [
@@ -159,13 +159,19 @@ pub fn shortfall(report: &Report) -> Option<String> {
         (bad, "tile(s) could not be read or not wholly"),
     ];
     let parts = parts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}"));
-    let mut said: Vec<String> = match report.exit_code {
-        0 => return None,
-        1 => vec!["no building has a model".to_owned()],
-        _ => parts.collect(),
-    };
-    said.extend(report.warnings.iter().rev().take(TOLD).cloned());
-    Some(format!("error: {}", said.join("; ")))
+    match report.exit_code {
+        0 => None,
+        1 => Some("no building has a model".to_owned()),
+        _ => Some(parts.collect::<Vec<_>>().join("; ")),
+    }
+}
+
+/// Why the exit code is not 0, in one line: all that is said of a run of which nothing but errors is to be said.
+pub fn shortfall(report: &Report) -> Option<String> {
+    let lack = lack(report).filter(|text| !text.is_empty());
+    let warnings = report.warnings.iter().rev().take(TOLD).cloned();
+    let said: Vec<String> = lack.into_iter().chain(warnings).collect();
+    (report.exit_code != 0).then(|| format!("error: {}", said.join("; ")))
 }
 
 /// The tiles that could not be read, or not wholly.

@@ -13,6 +13,7 @@ use crate::sink::Format;
 pub const STAGES: &[StageKind] = &[
     stages::las_reader::KIND,
     stages::copc_reader::KIND,
+    stages::ept_reader::KIND,
     stages::ply_reader::KIND,
     stages::text_reader::KIND,
     stages::lod2_reader::KIND,
@@ -38,6 +39,7 @@ pub const STAGES: &[StageKind] = &[
     stages::splitter::KIND,
     stages::stats::KIND,
     stages::tail::KIND,
+    stages::copc_writer::KIND,
     stages::las_writer::KIND,
     stages::lod2_writer::KIND,
     stages::text_writer::KIND,
@@ -51,7 +53,6 @@ const ELSEWHERE: &[&str] = &[
     "readers.buffer",
     "readers.draco",
     "readers.e57",
-    "readers.ept",
     "readers.faux",
     "readers.fbi",
     "readers.gdal",
@@ -150,7 +151,6 @@ const ELSEWHERE: &[&str] = &[
     "filters.zsmooth",
     "writers.arrow",
     "writers.bpf",
-    "writers.copc",
     "writers.draco",
     "writers.e57",
     "writers.ept_addon",
@@ -166,7 +166,6 @@ const ELSEWHERE: &[&str] = &[
 
 /// File name extensions that mean a stage of PDAL that gable has not.
 const EXTENSIONS_ELSEWHERE: &[(&str, Role, &str)] = &[
-    ("copc.laz", Role::Writer, "writers.copc"),
     ("bpf", Role::Reader, "readers.bpf"),
     ("bpf", Role::Writer, "writers.bpf"),
     ("e57", Role::Reader, "readers.e57"),
@@ -216,12 +215,13 @@ pub fn infer(filename: &str, role: Role, place: &Place) -> Result<&'static Stage
     let is_model = (ends("city.json") || !ends("json")) && Format::of(Path::new(filename)).is_ok();
     let kind = match role {
         Role::Reader if ends("copc.laz") => Some("readers.copc"),
+        Role::Reader if name == "ept.json" || filename.starts_with("ept://") => Some("readers.ept"),
         Role::Reader if ends("las") || ends("laz") => Some("readers.las"),
         Role::Reader if ends("ply") => Some("readers.ply"),
         Role::Reader if ["csv", "txt", "xyz"].iter().any(|extension| ends(extension)) => Some("readers.text"),
         Role::Reader if ends("city.json") || ends("city.jsonl") => Some("readers.lod2"),
         Role::Writer if is_model => Some("writers.lod2"),
-        Role::Writer if ends("copc.laz") => None,
+        Role::Writer if ends("copc.laz") => Some("writers.copc"),
         Role::Writer if ends("las") || ends("laz") => Some("writers.las"),
         Role::Writer if ["csv", "txt", "json", "xyz"].iter().any(|extension| ends(extension)) => Some("writers.text"),
         _ => None,
@@ -234,7 +234,7 @@ pub fn infer(filename: &str, role: Role, place: &Place) -> Result<&'static Stage
     }
     let expected = match role {
         Role::Reader => ".las, .laz, .copc.laz, .ply, .csv, .txt, .xyz, .city.json or .city.jsonl",
-        _ => ".las, .laz, .csv, .txt, or the extension of a city model such as .city.json",
+        _ => ".las, .laz, .copc.laz, .csv, .txt, or the extension of a city model such as .city.json",
     };
     let fault = place.fault(format!("`{filename}`, whose extension means no stage"), expected);
     Err(fault.remedy("Give a `type`; `gable stages` lists them"))

@@ -29,6 +29,8 @@
 //! | [`catalogue`] | the types of stages |
 //! | [`stages`] | the stages, one file each |
 //! | [`points`] | points in columns |
+//! | [`las`] | point records of LAS, and COPC files of them |
+//! | `ept` | Entwine Point Tiles |
 //! | [`expression`], [`range`], [`area`] | what `where`, `limits`, `bounds` and the like say |
 //! | [`run`] | running |
 //! | [`describe`] | stages in words and as JSON Schema |
@@ -39,6 +41,8 @@ pub mod area;
 pub mod catalogue;
 #[cfg(feature = "pipelines")]
 pub mod describe;
+#[cfg(feature = "pipelines")]
+mod ept;
 pub mod expression;
 #[cfg(feature = "pipelines")]
 mod ground;

@@ -40,19 +40,28 @@ pub fn report_path(model: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Fails before hours of work rather than after them if a file is there already, and makes the folder it goes to.
+/// Refuses what must not be replaced; changes nothing.
 ///
 /// # Errors
-/// The file exists and `overwrite` is off, is a folder, or its folder cannot be made or written to.
-pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
+/// The file exists and `overwrite` is off, or is a folder.
+pub fn spare_results(path: &Path, overwrite: bool) -> Result<(), InputError> {
     if path.is_dir() && !is_folder_of_a_format(path) {
-        return Err(InputError::new(path, "a folder", "the name of a file").into());
+        return Err(InputError::new(path, "a folder", "the name of a file"));
     }
     if !overwrite && path.exists() {
         let found = if path.is_dir() { "a folder of that name" } else { "a file of that name" };
         let fault = InputError::new(path, found, "nothing, so that no result is lost");
-        return Err(fault.remedy("Give --overwrite to replace it, or another output").into());
+        return Err(fault.remedy("Give --overwrite to replace it, or another output"));
     }
+    Ok(())
+}
+
+/// Fails before hours of work rather than after them if a file is there already, and makes the folder it goes to.
+///
+/// # Errors
+/// As [`spare_results`]; or its folder cannot be made or written to.
+pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
+    spare_results(path, overwrite)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
     // Permissions do not tell: a file system may be read-only, or have no files of one's own.

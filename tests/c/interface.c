@@ -113,7 +113,10 @@ static int run(int named, char **arguments) {
         fprintf(stderr, "%s\n", gable_error(job));
         return 1;
     }
-    CHECK(listener.calls >= 4 && strcmp(gable_error(job), "") == 0);
+    CHECK(listener.calls >= 4 && (status == GABLE_STATUS_OK) == (strcmp(gable_error(job), "") == 0));
+    const char *part = gable_report_part(job, "/exit_code");
+    CHECK(part && part[0] == (status == GABLE_STATUS_OK ? '0' : status == GABLE_STATUS_EMPTY ? '1' : '2') && !part[1]);
+    CHECK(gable_report_part(job, "/warnings/4096") == NULL && gable_report_part(job, "\xff") == NULL);
     FILE *report = fopen(arguments[4], "wb");
     CHECK(report && fputs(gable_report(job), report) >= 0);
     fclose(report);
@@ -155,13 +158,46 @@ static void refused_options(const char *options, const char *crs, const char *te
     gable_free(job);
 }
 
+/* What another program's pipeline asks for: see gable_create_writer. */
+static void writer(void) {
+    size_t count = 0;
+    int required = 0, lists = 0;
+    const gable_option *options = gable_writer_options(&count);
+    CHECK(count > 30 && options == gable_writer_options(NULL));
+    for (size_t i = 0; i < count; i++) {
+        CHECK(options[i].name[0] && options[i].help[0]);
+        required += options[i].is_required != 0;
+        lists += options[i].is_list != 0;
+    }
+    CHECK(required == 1 && lists >= 3 && strcmp(options[0].name, "filename") == 0 && options[0].default_value == NULL);
+    CHECK(gable_create_writer("{}", NULL, NULL) == GABLE_STATUS_FAILED);
+    const char *cases[][3] = {
+        {NULL, NULL, "no option `filename`"},
+        {"{\"filename\": \"a.city.json\"}", NULL, "neither `footprints` nor `no_footprint`"},
+        {"{\"filename\": \"a.city.json\", \"no_footprint\": true, \"lambda\": \"-1\"}", NULL, "from 0 to 1000"},
+        {"{\"filename\": \"a.city.json\", \"no_footprint\": true, \"crs\": \"EPSG:0\"}", "EPSG:7415", "EPSG:0"},
+        {"{\"filename\": \"a.city.json\", \"no_footprint\": true}", "EPSG:0", "EPSG:0"},
+        {"\xff", NULL, "UTF-8"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        gable_job *job = NULL;
+        gable_status status = gable_create_writer(cases[i][0], cases[i][1], &job);
+        CHECK(job);
+        refused(job, status, cases[i][2]);
+        CHECK(gable_report_part(job, "/counts") == NULL && gable_report_part(job, NULL) == NULL);
+        gable_free(job);
+    }
+}
+
 static int abuse(void) {
+    writer();
     CHECK(strchr(gable_version(), '.'));
     CHECK(gable_create("{}", NULL, NULL) == GABLE_STATUS_FAILED);
     CHECK(gable_push(NULL, NULL) == GABLE_STATUS_FAILED);
     CHECK(gable_cover(NULL, 0, 0, 1, 1) == GABLE_STATUS_FAILED);
     CHECK(gable_run(NULL, NULL, NULL, NULL) == GABLE_STATUS_FAILED);
     CHECK(gable_free(NULL) == GABLE_STATUS_OK && gable_report(NULL) == NULL);
+    CHECK(gable_report_part(NULL, "/counts") == NULL);
     CHECK(strstr(gable_error(NULL), "null"));
 
     refused_options("{\"lambda\": ", NULL, "no JSON object");

@@ -17,16 +17,22 @@ pub const KIND: StageKind = StageKind {
 };
 
 fn options() -> Vec<OptionSpec> {
-    vec![OptionSpec::new("count", Kind::count(), "How many").or(10)]
+    vec![
+        OptionSpec::new("count", Kind::count(), "How many").or(10),
+        OptionSpec::new("invert", Kind::Boolean, "Whether these are dropped, and the others kept").or(false),
+    ]
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "the type of all stages")]
 fn build(values: &Values) -> Result<Stage> {
-    Ok(Stage::Filter(Box::new(HeadFilter { count: values.whole("count").unwrap_or(0), seen: 0 })))
+    let count = values.whole("count").unwrap_or(0);
+    Ok(Stage::Filter(Box::new(HeadFilter { count, drops: values.is_on("invert"), seen: 0 })))
 }
 
 struct HeadFilter {
     count: u64,
+    /// Whether the first points are dropped, not kept.
+    drops: bool,
     seen: u64,
 }
 
@@ -42,7 +48,7 @@ impl Filter for HeadFilter {
         let mut kept = Vec::with_capacity(points.len());
         for i in 0..points.len() {
             let counts = chosen.has(i);
-            kept.push(!counts || self.seen < self.count);
+            kept.push(!counts || (self.seen < self.count) != self.drops);
             self.seen += u64::from(counts);
         }
         points.retain(&kept);

@@ -1,16 +1,17 @@
 //! `writers.las`: LAS and LAZ files.
 
-mod settings;
+mod header;
+pub(super) mod settings;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use las::{Builder, PointDataBuilder, Transform, Vector, Vlr};
+use las::{PointDataBuilder, Transform};
 use serde_json::{Map, json};
 
-use self::settings::{Number, Settings};
+use self::settings::Settings;
 use crate::error::{InputError, Result};
-use crate::pipeline::las::{ExtraDimension, Record, Unfit};
+use crate::pipeline::las::Record;
 use crate::pipeline::options::{Kind, OptionSpec, Values};
 use crate::pipeline::output::{NewFile, Sturdy};
 use crate::pipeline::points::Points;
@@ -24,6 +25,7 @@ pub const KIND: StageKind = StageKind {
     role: Role::Writer,
     options,
     elsewhere: &[
+        "major_version",
         "vlrs",
         "pdal_metadata",
         "global_encoding",
@@ -37,10 +39,30 @@ pub const KIND: StageKind = StageKind {
 };
 
 fn options() -> Vec<OptionSpec> {
-    let whole = |name: &'static str, most: u32, help: &'static str| OptionSpec::new(name, Kind::whole(0, most), help);
     let mut options = vec![
         OptionSpec::new("filename", Kind::File, "File; a `#` in it stands for a number and means one file per set of points")
             .required(),
+        whole("minor_version", 4, "Version of LAS: 1.this; 4, unless the point format or `forward` say otherwise"),
+        whole("dataformat_id", 8, "Point format, 0 to 3 or 6 to 8; 7, or 3 before LAS 1.4").aliases(&["format"]),
+        OptionSpec::new("compression", Kind::Text, "Whether the file is compressed (LAZ); by default when its name ends with .laz"),
+        OptionSpec::new(
+            "discard_high_return_numbers",
+            Kind::Boolean,
+            "Whether points are dropped whose number of the return the point format does not have (5, or 15 from format 6)",
+        )
+        .or(false),
+    ];
+    options.extend(header_options());
+    options
+}
+
+fn whole(name: &'static str, most: u32, help: &'static str) -> OptionSpec {
+    OptionSpec::new(name, Kind::whole(0, most), help)
+}
+
+/// What the header of a file is to say, whatever its version.
+pub(super) fn header_options() -> Vec<OptionSpec> {
+    let mut options = vec![
         OptionSpec::new(
             "forward",
             Kind::Names,
@@ -48,22 +70,21 @@ fn options() -> Vec<OptionSpec> {
              project_id, system_id, software_id, creation_doy, creation_year, scale_x …, offset_x …; or `header`, `scale`, \
              `offset`, `vlr`, or `all`",
         ),
-        whole("minor_version", 4, "Version of LAS: 1.this; 4, unless the point format or `forward` say otherwise"),
-        whole("dataformat_id", 8, "Point format, 0 to 3 or 6 to 8; 7, or 3 before LAS 1.4"),
-        OptionSpec::new("compression", Kind::Text, "Whether the file is compressed (LAZ); by default when its name ends with .laz"),
         OptionSpec::new("a_srs", Kind::Text, "CRS of the file, in place of that of the points"),
-        OptionSpec::new("extra_dims", Kind::Names, "Further dimensions to write, such as HeightAboveGround=float32; or `all`"),
+        OptionSpec::new(
+            "extra_dims",
+            Kind::Names,
+            "Further dimensions to write, such as HeightAboveGround=float32; or `all`",
+        ),
         whole("filesource_id", 65_535, "Number of the source"),
         OptionSpec::new("system_id", Kind::Text, "What made the points").or("gable"),
         OptionSpec::new("software_id", Kind::Text, "What wrote the file; gable and its version when it is not given"),
-        whole("creation_doy", 366, "Day of the year of the file; none when it is not given, so that the same input gives the same file"),
+        whole(
+            "creation_doy",
+            366,
+            "Day of the year of the file; none when it is not given, so that the same input gives the same file",
+        ),
         whole("creation_year", 65_535, "Year of the file"),
-        OptionSpec::new(
-            "discard_high_return_numbers",
-            Kind::Boolean,
-            "Whether points are dropped whose number of the return the point format does not have (5, or 15 from format 6)",
-        )
-        .or(false),
     ];
     for axis in ["x", "y", "z"] {
         let help = format!("Smallest step of {axis}; auto uses the whole range of the file's numbers");
@@ -121,82 +142,14 @@ impl LasWriter {
         self.filename.replacen('#', &(self.files.len() + 1).to_string(), 1).into()
     }
 
-    /// The scale and offset of the axes; `points` are all points of the file where some are automatic.
-    fn transforms(&self, points: &[Points]) -> [Transform; 3] {
-        /// The largest whole number that a file stores.
-        const MOST: f64 = 2_147_483_647.0;
-        std::array::from_fn(|axis| {
-            let values = || points.iter().flat_map(|points| (0..points.len()).map(|i| points.get(axis, i)));
-            let low = values().fold(f64::INFINITY, f64::min);
-            let high = values().fold(f64::NEG_INFINITY, f64::max);
-            let offset = match self.settings.offset[axis] {
-                Number::Is(offset) => offset,
-                Number::Auto => {
-                    if low.is_finite() {
-                        low
-                    } else {
-                        0.0
-                    }
-                }
-            };
-            let scale = match self.settings.scale[axis] {
-                Number::Is(scale) => scale,
-                // Without an extent any scale will do.
-                Number::Auto => Some((high - offset) / MOST).filter(|s| s.is_normal() && *s > 0.0).unwrap_or(0.01),
-            };
-            Transform { scale, offset }
-        })
-    }
-
     fn open(&mut self, crs: Option<Arc<Crs>>, transforms: [Transform; 3], context: &Context<'_>) -> Result<OpenFile> {
         let path = self.path();
-        let fault =
-            |e: las::Error| InputError::new(&path, e.to_string(), "a version and a point format that go together");
-        let settings = &self.settings;
-        let mut builder = Builder::from((1, settings.minor_version));
-        builder.point_format = las::point::Format::new(settings.format).map_err(fault)?;
-        builder.point_format.is_compressed = settings.is_compressed(&path);
-        let mut at = 0;
-        let mut extra = Vec::new();
-        for (name, kind) in &settings.extra {
-            extra.push(ExtraDimension { name: name.clone(), kind: *kind, at, scaled: None });
-            at += kind.size();
-        }
-        builder.point_format.extra_bytes = at as u16;
-        let [x, y, z] = transforms;
-        builder.transforms = Vector { x, y, z };
-        builder.system_identifier.clone_from(&settings.system_id);
-        builder.generating_software.clone_from(&settings.software_id);
-        builder.file_source_id = settings.filesource_id;
-        settings.date(&mut builder);
-        if let Some(source) = settings.encoding_of.as_ref().filter(|_| settings.minor_version >= 2) {
-            builder.gps_time_type = source.gps_time_type();
-            builder.has_synthetic_return_numbers = settings.minor_version >= 3 && source.has_synthetic_return_numbers();
-        }
-        if let Some(source) = &settings.id_of {
-            builder.guid = source.guid();
-        }
-        let crs = settings.crs.clone().or(crs);
-        if let Some(crs) = &crs {
-            builder.has_wkt_crs = settings.minor_version >= 4;
-            let mut data = crs.wkt1().unwrap_or_else(|| crs.wkt.clone()).into_bytes();
-            data.push(0);
-            builder.vlrs.push(Vlr {
-                user_id: "LASF_Projection".to_owned(),
-                record_id: 2112,
-                description: "OGC WKT".to_owned(),
-                data,
-            });
-        }
-        if !extra.is_empty() {
-            builder.vlrs.push(ExtraDimension::describe(&extra));
-        }
-        builder.vlrs.extend(settings.vlrs.iter().cloned());
-        let header = builder.into_header().map_err(fault)?;
+        let (header, extra) = self.settings.header(&path, crs.as_ref(), transforms)?;
         let record = Record::new(&header, &extra);
+        let crs = self.settings.crs.clone().or(crs);
         context.observer.ready(&path);
         let (file, sturdy) = NewFile::create(&path)?;
-        let writer = las::Writer::new(sturdy, header).map_err(fault)?;
+        let writer = las::Writer::new(sturdy, header).map_err(|e| Settings::misfit(&path, &e))?;
         Ok(OpenFile { path, file, writer, record, crs })
     }
 
@@ -205,7 +158,7 @@ impl LasWriter {
         let mut open = if let Some(open) = self.open.take() {
             open
         } else {
-            let transforms = transforms.unwrap_or_else(|| self.transforms(&[]));
+            let transforms = transforms.unwrap_or_else(|| self.settings.transforms(&[]));
             self.open(points.crs.clone(), transforms, context)?
         };
         let own = self.settings.crs.as_ref().or(points.crs.as_ref());
@@ -232,7 +185,7 @@ impl LasWriter {
         } else {
             open.record.encode(points, &mut bytes)
         };
-        encoded.map_err(|unfit| self.unfit(&unfit, &open.path))?;
+        encoded.map_err(|unfit| self.settings.unfit(&unfit, &open.path, self.values.place()))?;
         let header = open.writer.header();
         if is_legacy && header.number_of_points() + points.len() as u64 > u64::from(u32::MAX) {
             let fault =
@@ -245,26 +198,11 @@ impl LasWriter {
         written.map_err(|e| InputError::new(&open.path, e.to_string(), "points that the file can hold").into())
     }
 
-    fn unfit(&self, unfit: &Unfit, path: &Path) -> InputError {
-        let found = format!("{} = {}", unfit.dimension, unfit.value);
-        let fault = if ["X", "Y", "Z"].contains(&unfit.dimension.as_str()) {
-            let expected = "a coordinate that fits into 32 bits with the scale and the offset of the file";
-            let name = unfit.dimension.to_lowercase();
-            let remedy = format!("Set `offset_{name}` or `scale_{name}`, perhaps to \"auto\"");
-            InputError::new(path, found, expected).remedy(remedy)
-        } else {
-            let expected = format!("a value that point format {} can hold", self.settings.format);
-            InputError::new(path, found, expected)
-                .remedy("Set `dataformat_id`, or change the value with filters.assign")
-        };
-        fault.at(self.values.place().stage.clone())
-    }
-
     /// Completes the file under way.
     fn close(&mut self, context: &Context<'_>) -> Result<()> {
         if self.settings.is_automatic() && !self.held.is_empty() {
             let held = std::mem::take(&mut self.held);
-            let transforms = self.transforms(&held);
+            let transforms = self.settings.transforms(&held);
             for points in &held {
                 self.put(points, Some(transforms), context)?;
             }
@@ -314,7 +252,7 @@ impl Writer for LasWriter {
     fn finish(&mut self, context: &Context<'_>) -> Result<Finished> {
         self.close(context)?;
         if self.files.is_empty() && !self.is_numbered() {
-            let transforms = self.transforms(&[]);
+            let transforms = self.settings.transforms(&[]);
             let open = self.open(self.flow.crs.clone(), transforms, context)?;
             self.open = Some(open);
             self.close(context)?;

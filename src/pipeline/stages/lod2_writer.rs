@@ -1,5 +1,6 @@
 //! `writers.lod2`: reconstructs the buildings in the points and writes a city model; or converts one that was read.
 
+mod hosted;
 mod job;
 
 use std::path::{Path, PathBuf};
@@ -15,11 +16,14 @@ use crate::pipeline::points::Points;
 use crate::pipeline::stage::{Context, Finished, Flow, Role, SourceFile, Stage, StageKind, Writer};
 use crate::reconstruct::Parameters;
 use crate::report::Report;
-use crate::run::{self, Feed, FootprintSource, Job};
+use crate::run::{self, Feed, Job};
 use crate::segment::SegmentOptions;
 use crate::source::crs::Crs;
 use crate::source::points::{ScanPoint, Unit, UpAxis};
 use crate::terrain::TerrainOptions;
+
+pub use hosted::{HostOption, hosted_job, hosted_options};
+pub use job::feed;
 
 /// The type of this stage.
 pub const KIND: StageKind = StageKind {
@@ -206,14 +210,8 @@ impl Lod2Writer {
         Ok(Finished { metadata, ..Finished::default() })
     }
 
-    /// Opens the feed before the first point: an output that cannot be written must not cost an hour of reading.
     fn start(&mut self) -> Result<Feed> {
-        let name = self.values.place().file.clone();
-        let footprints = self.job.footprints.as_ref().map(FootprintSource::name);
-        let model = run::output::model_path(&self.job.output, std::slice::from_ref(&name), footprints.as_deref());
-        run::output::prepare(&model, self.job.overwrite || self.job.resume)?;
-        let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let mut feed = Feed::new_in(folder.unwrap_or(Path::new(".")), name)?;
+        let mut feed = feed(&self.job, &self.values.place().file)?;
         for area in self.flow.areas.iter().flatten() {
             feed.cover(*area)?;
         }
@@ -247,24 +245,11 @@ impl Lod2Writer {
 
 impl Writer for Lod2Writer {
     fn prepare(&mut self, flow: &Flow, is_last: bool) -> Result<()> {
-        let place = self.values.place();
         if let Some(model) = flow.model() {
             self.source = Source::Models(self.models(flow, model, is_last)?);
             return Ok(());
         }
-        if self.job.footprints.is_none() && !self.values.is_on("no_footprint") {
-            let expected = "`footprints`, or `no_footprint` for a single object";
-            return Err(place.fault("neither `footprints` nor `no_footprint`", expected).into());
-        }
-        if self.values.is_given("lod") {
-            let text = self.values.texts("lod").join(",");
-            let levels = text.parse().map_err(|_| {
-                self.values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, 2.3, parted by commas")
-            })?;
-            self.job.parameters.lod = levels;
-            let stage = || place.stage.clone();
-            self.job.refuse_contradictions().map_err(|fault| InputError { place: stage(), ..fault })?;
-        }
+        job::complete(&self.values, &mut self.job)?;
         self.source = Self::source_of(flow, is_last);
         self.flow = flow.clone();
         self.feed = None;

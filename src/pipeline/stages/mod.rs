@@ -3,9 +3,11 @@
 pub mod assign;
 pub mod cluster;
 pub mod copc_reader;
+pub mod copc_writer;
 pub mod crop;
 pub mod csf;
 pub mod decimation;
+pub mod ept_reader;
 pub mod expression;
 pub mod ferry;
 pub mod hag_delaunay;

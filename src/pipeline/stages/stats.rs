@@ -15,7 +15,7 @@ pub const KIND: StageKind = StageKind {
     summary: "Puts figures of dimensions into the metadata: count, least, largest, mean, deviation",
     role: Role::Filter,
     options,
-    elsewhere: &["option_file"],
+    elsewhere: &["commonsrs", "option_file"],
     collects: "",
     build,
 };

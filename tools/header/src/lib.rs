@@ -59,13 +59,14 @@ pub fn header(root: &Path) -> String {
         ("GableChunk", "gable_chunk"),
         ("GableStatus", "gable_status"),
         ("GableStage", "gable_stage"),
+        ("GableOption", "gable_option"),
         ("GableLineCallback", "gable_line_callback"),
         ("GableProgressCallback", "gable_progress_callback"),
     ] {
         config.export.rename.insert(rust.to_owned(), c.to_owned());
     }
     let mut builder = Builder::new().with_config(config);
-    for file in ["job.rs", "chunk.rs", "messages.rs", "entry.rs"] {
+    for file in ["job.rs", "chunk.rs", "messages.rs", "entry.rs", "writer.rs"] {
         builder = builder.with_src(root.join("src/capi").join(file));
     }
     let mut bytes = Vec::new();

@@ -46,6 +46,8 @@ pub enum Number {
 pub struct Settings {
     pub minor_version: u8,
     pub format: u8,
+    /// Whether the point format follows from the points.
+    pub follows_points: bool,
     pub scale: [Number; 3],
     pub offset: [Number; 3],
     pub system_id: String,
@@ -93,6 +95,32 @@ impl Settings {
             let found = format!("point format {format} in LAS 1.{minor_version}");
             return Err(values.place().fault(found, "LAS 1.2 or later, or point format 0 or 1"));
         }
+        Self::of_format(values, flow, &forward, [minor_version, format])
+    }
+
+    /// The settings of a COPC file for points of this flow: LAS 1.4, with colours where the points have some.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_copc(values: &Values, flow: &Flow) -> Result<Self, InputError> {
+        let has = |name: &str| flow.layout.find(name).is_some();
+        let format = match (has("Infrared"), ["Red", "Green", "Blue"].into_iter().any(has)) {
+            (true, _) => 8,
+            (false, true) => 7,
+            (false, false) => 6,
+        };
+        let settings = Self::of_format(values, flow, &Forward::new(values, flow)?, [4, format])?;
+        Ok(Self { follows_points: true, ..settings })
+    }
+
+    /// The settings for a version of LAS and a point format that go together.
+    fn of_format(
+        values: &Values,
+        flow: &Flow,
+        forward: &Forward<'_>,
+        [minor_version, format]: [u8; 2],
+    ) -> Result<Self, InputError> {
+        let whole = |name: &str| values.given(name).and_then(serde_json::Value::as_u64);
         let numbers = |names: [&str; 3], of: fn(&las::Transform) -> f64, usual: f64| {
             let mut numbers = [Number::Is(usual); 3];
             for (axis, name) in names.into_iter().enumerate() {
@@ -123,6 +151,7 @@ impl Settings {
         Ok(Self {
             minor_version,
             format,
+            follows_points: false,
             scale,
             offset: numbers(OFFSET, |transform| transform.offset, 0.0),
             system_id: text("system_id", Header::system_identifier, "gable".to_owned()),

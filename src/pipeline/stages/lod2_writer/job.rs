@@ -8,7 +8,7 @@ use crate::network::FieldOptions;
 use crate::pipeline::options::{Tunable, Values, tuned, tunings};
 use crate::pipeline::source::crs_of;
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{self, FootprintSource, Job};
+use crate::run::{self, Feed, FootprintSource, Job};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{Format, PointCloud};
 use crate::source::footprints::FootprintOptions;
@@ -89,6 +89,42 @@ fn terrain(values: &Values) -> Result<Option<TerrainOptions>, InputError> {
         Some(tuning) => Err(values.place().fault(format!("`{}` without `terrain`", tuning.name), "`terrain`")),
         None => Ok(None),
     }
+}
+
+/// Completes the job with what only counts where points come in.
+///
+/// # Errors
+/// Levels of detail that there are not, or neither footprints nor the wish for none.
+pub fn complete(values: &Values, job: &mut Job) -> Result<(), InputError> {
+    if job.footprints.is_none() && !values.is_on("no_footprint") {
+        let expected = "`footprints`, or `no_footprint` for a single object";
+        return Err(values.place().fault("neither `footprints` nor `no_footprint`", expected));
+    }
+    if values.is_given("lod") {
+        let text = values.texts("lod").join(",");
+        let fault = || values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, 2.3, parted by commas");
+        job.parameters.lod = text.parse().map_err(|_| fault())?;
+        job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
+    }
+    Ok(())
+}
+
+/// Opens the feed before the first point: an output that cannot be written must not cost an hour of reading. The points,
+/// which messages call `name`, wait beside the output.
+///
+/// # Errors
+/// The output exists and is not to be replaced, or cannot be written.
+pub fn feed(job: &Job, name: &Path) -> Result<Feed> {
+    let model = model(job, name);
+    run::output::prepare(&model, job.overwrite || job.resume)?;
+    let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty());
+    Feed::new_in(folder.unwrap_or(Path::new(".")), name)
+}
+
+/// The file that the model of points called `name` goes to.
+pub(super) fn model(job: &Job, name: &Path) -> PathBuf {
+    let footprints = job.footprints.as_ref().map(FootprintSource::name);
+    run::output::model_path(&job.output, &[name.to_path_buf()], footprints.as_deref())
 }
 
 /// How coordinates without a CRS are meant.
