@@ -6,6 +6,8 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::record::Record;
+
 /// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
 pub const QUANTUM: f64 = 1e-4;
 
@@ -126,6 +128,8 @@ pub struct Site {
     pub covered: Option<MultiPolygon<f64>>,
     /// The footprint's attributes, passed through to the model.
     pub attributes: Map<String, Value>,
+    /// What is known of it otherwise.
+    pub record: Record,
 }
 
 impl Site {
@@ -147,6 +151,7 @@ impl Site {
             coverage: Coverage { share: 1.0 },
             covered: None,
             attributes: Map::new(),
+            record: Record::default(),
         }
     }
 

@@ -85,9 +85,8 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
         if name == "tiles" {
             tiles = options::texts(&name, &value).map_err(fault)?;
         } else if !is_given(&given, &name) {
-            others.extend(
-                options::word(&options::CONFIGURATION, &grammar, &name, &value).map_err(fault)?.map(OsString::from),
-            );
+            let given = options::word(&options::CONFIGURATION, &grammar, &name, &value).map_err(fault)?;
+            others.extend(given.into_iter().map(OsString::from));
         }
     }
     if is_given(&given, "tiles") {

@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod attributes;
 mod config;
 mod convert;
 mod evaluate;
@@ -15,6 +16,7 @@ mod held_out;
 mod info;
 mod interrupt;
 pub mod options;
+mod outlines;
 mod output;
 mod pipeline;
 mod placement;

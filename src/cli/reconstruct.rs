@@ -3,19 +3,20 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use super::attributes::AttributeArgs;
 use super::config::ConfigArgs;
 use super::field::FieldArgs;
 use super::flags::Flags;
+use super::outlines::OutlineArgs;
 use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
+use crate::pipeline::options::Tunable;
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{FootprintSource, Job, MOST_THREADS, recording_date, run};
+use crate::run::{CloudSource, Job, MOST_THREADS, cloud, recording_date, run, translation};
 use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::sink::{PointCloud, is_stream};
-use crate::source::crs::Crs;
-use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
 
 const EXAMPLES: &str = "\
@@ -38,12 +39,17 @@ Examples:
     gable reconstruct --config city.toml --lambda 0.2
   And a page to look at it in: city.html
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
+  A part of a city, a file for each tile, with attributes called `b_height_ridge`:
+    gable reconstruct tiles/ -f buildings.gpkg --box 84900,447400,85100,447600 \\
+      --attribute-prefix b_ -o 'out/{tile}.city.json'
 
 The output:
   The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
   .3dtiles (3D Tiles, a folder), .gpkg (GeoPackage) or .obj (OBJ).
   A folder, or a name without an extension, gets a .city.json that is named after the tile
-  if there is one, else after the footprints. `-`, and a pipe, get CityJSONSeq building by
+  if there is one, else after the footprints. In a name {tile} stands for the tile that a
+  building lies in, {id} for its id: 'out/{tile}.city.json', 'out/{id}.obj'; their report is
+  gable.report.json in the folder that all are in. `-`, and a pipe, get CityJSONSeq building by
   building, without a report unless --report names one. The report goes to OUT.report.json. Ctrl-C
   writes what is done; nothing appears under its name before it is whole. A run that was
   killed leaves what it has done in OUT.partial: the same command with --resume goes on.
@@ -53,101 +59,91 @@ Exit codes:
   1  nothing could be done, or bad usage
   2  finished, but some buildings lack a model or some tiles could not be read";
 
+/// The headings of the options that stand here; those of the other files have theirs there.
+const POINTS: &str = "Points";
+const OUTPUT: &str = "Output";
+const POINTS_OF_BUILDINGS: &str = SegmentOptions::HEADING;
+
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns
-    #[arg(required = true, value_name = "TILES")]
+    #[arg(required_unless_present = "cloud", value_name = "TILES")]
     tiles: Vec<String>,
 
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
-    /// ("PG:host=… dbname=…")
-    #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
-    footprints: Option<PathBuf>,
-
-    /// Take what stands apart in the building points for an object each
-    #[arg(long)]
-    no_footprint: bool,
+    #[command(flatten)]
+    outlines: OutlineArgs,
 
     /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles), a folder, or `-` for CityJSONSeq to
-    /// standard output
-    #[arg(short, long, value_name = "OUT")]
+    /// standard output; with {tile} or {id} in its name a file for each tile or building
+    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     output: PathBuf,
 
     /// Title of the model [default: the name of the file of footprints]
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
     title: Option<String>,
 
     /// Replace files that exist
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
 
     /// Go on from what a run that was killed has left in OUT.partial
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     resume: bool,
 
     /// Where the report goes [default: OUT.report.json]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     report: Option<PathBuf>,
 
     /// Write a page to look at the model in, next to it: OUT.html
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     view: bool,
 
     /// CRS of the tiles, such as EPSG:7415; goes before what they say
-    #[arg(long, value_name = "CRS")]
+    #[arg(long, value_name = "CRS", help_heading = POINTS)]
     crs: Option<String>,
 
     /// Unit of the coordinates of points without a CRS, with --no-footprint [default: m]
-    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"])]
+    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"], help_heading = POINTS)]
     unit: Option<Unit>,
 
     /// Axis that points up in points without a CRS, with --no-footprint [default: z]
-    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"])]
+    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"], help_heading = POINTS)]
     up_axis: Option<UpAxis>,
 
-    /// CRS of the footprints; goes before what the file says
-    #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
-    footprint_crs: Option<String>,
-
-    /// Layer or table of the footprints, if there are several
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    layer: Option<String>,
-
-    /// SELECT that gives the footprints of a database, instead of a layer
-    #[arg(long, value_name = "SQL", conflicts_with_all = ["no_footprint", "layer"])]
-    query: Option<String>,
-
-    /// Only footprints whose attributes satisfy this, such as "status = 'in use' AND height > 3"
-    #[arg(long, value_name = "EXPRESSION", conflicts_with = "no_footprint")]
-    filter: Option<String>,
-
-    /// Attribute that holds the ids of the buildings [default: guessed]
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    id_attribute: Option<String>,
-
     /// Classes of building points, such as 1,6; "any" for clouds that are not classified
-    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes)]
+    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes, help_heading = POINTS_OF_BUILDINGS)]
     building_class: BuildingClasses,
 
     /// Classes of ground points
-    #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
+    #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes, help_heading = POINTS_OF_BUILDINGS)]
     ground_class: Vec<u8>,
 
-    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are)
-    /// [default: 0,1.2,2.2]
-    #[arg(long, value_name = "LEVELS")]
+    /// Levels of detail, parted by commas: 0 (footprint), 0.1 (what the roofs cover, at one height), 0.3 (what each roof
+    /// covers, at its height), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are) [default: 0,1.2,2.2]
+    #[arg(long, value_name = "LEVELS", help_heading = OUTPUT)]
     lod: Option<Levels>,
 
+    /// Where the number 0 of the coordinates of a CityJSON file is, CRS units, whole multiples of --grid-scale
+    /// [default: whole units at the corner of the model]
+    #[arg(long, value_name = "X,Y,Z", value_parser = translation, allow_hyphen_values = true, help_heading = OUTPUT)]
+    translation: Option<[f64; 3]>,
+
     /// Name of the point cloud, such as AHN3; an attribute of every building
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = POINTS)]
     point_cloud_source: Option<String>,
 
     /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
-    #[arg(long, value_name = "DATE", value_parser = recording_date)]
+    #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
     point_cloud_date: Option<String>,
+
+    /// One of several point clouds, of which each building gets the best: its name and tiles, then its date, its priority
+    /// (0 unless given) and more tiles, as in AHN4=ahn4/*.laz,date=2020-05-01,priority=2. Higher priorities and then newer
+    /// clouds go first; another is taken where the first is too thin. May be given again; TILES are one of them
+    #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
+    cloud: Vec<CloudSource>,
 
     /// Number of threads [default: one per processor]
     #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
@@ -164,6 +160,9 @@ pub struct Args {
     // Spelt out before this grammar reads the words; see there.
     #[command(flatten)]
     _config: ConfigArgs,
+
+    #[command(flatten)]
+    attributes: AttributeArgs,
 
     #[command(flatten)]
     field: FieldArgs,
@@ -217,21 +216,16 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
-        if self.footprints.is_none() && !self.no_footprint {
-            let fault = InputError::new("--footprints", "none", "the file of the outlines of the buildings");
-            return Err(fault.remedy("Without outlines --no-footprint takes what stands apart for a building each"));
-        }
-        let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
-        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
-        let (layer, query) = (self.layer, self.query);
-        let (filter, id_attribute) = (self.filter, self.id_attribute);
-        let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
+        let (footprints, limit) = self.outlines.source()?;
         let job = Job {
             tiles: self.tiles,
             fed: None,
-            footprints: self.footprints.map(|path| FootprintSource { path, options }),
+            clouds: self.cloud,
+            footprints,
+            limit,
             output: self.output,
             title: self.title,
+            translation: self.translation,
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,
@@ -245,6 +239,7 @@ impl Args {
             },
             parameters: Parameters { lod: self.lod.unwrap_or_default(), ..self.parameters.0 },
             field: self.field.into(),
+            attributes: self.attributes.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         };

@@ -4,6 +4,7 @@
 //! [`surface`]. Nothing here does I/O, starts a thread or reads a clock; random numbers are drawn from a seed derived
 //! from the building id: the same site gives the same bytes.
 
+mod as_block;
 pub mod blocks;
 pub mod complex;
 pub(crate) mod confidence;
@@ -26,6 +27,7 @@ mod parameters;
 mod partitioned;
 pub mod primitives;
 mod revision;
+mod ridges;
 mod rounds;
 pub(crate) mod semantics;
 mod standing;
@@ -46,7 +48,7 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::site::Site;
+use crate::site::{GroundSource, Site};
 use crate::solid::{Model, Solid};
 use crate::validate;
 use confidence::Confidence;
@@ -67,11 +69,16 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
+    let step = parameters.step(&site.frame);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
     let Attempt { mut measures, outline, result, roof_points, strays, fit } = match stands {
         Ok(()) => {
-            let whole = footprint::parted(&standing.site);
-            ladder::descend(parameters, |parameters| attempt(&standing.site, &whole, parameters, field))
+            let whole = footprint::parted(&standing.site, step);
+            let asked = as_block::asked(site, &whole, parameters);
+            ladder::descend(parameters, |parameters| match &asked {
+                Some(failure) => Attempt::of_roofs(&whole, parameters, failure.clone()),
+                None => attempt(&standing.site, &whole, parameters, field),
+            })
         }
         Err(failure) => Attempt::failed(site, failure),
     };
@@ -96,7 +103,6 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         }
         Err(failure) => (Vec::new(), Some(failure)),
     };
-    let step = site.frame.step();
     let footprint = match &site.footprint {
         Some(footprint) => blocks::footprint(footprint, step, &mut notes),
         None => outline::footprint(&solids, outline.as_ref(), step, &mut notes),
@@ -112,19 +118,23 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(fit) if failure.is_none() => fit,
         _ => {
             // What was made of it, or of its covered part, says nothing of a block.
-            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } =
-                &mut measures;
+            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, .. } = &mut measures;
             (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
-            *revision = None;
+            (measures.ridges, measures.revision) = (None, None);
             let scanned = fit::Scanned {
                 site: &standing.site,
                 roof_points: &roof_points,
                 roof_heights: measures.roof_heights,
                 outline: outline.as_ref(),
+                step,
+                stated_top: stated_top(site),
             };
             Fit::of_blocks(&scanned, parameters)
         }
     };
+    if roof_heights.is_none() && !blocks.is_empty() {
+        notes.push("the height of its block is the one that is stated: no point was scanned on its roof".to_owned());
+    }
     if !left_out.is_empty() {
         let count = left_out.len();
         notes.push(format!(
@@ -132,7 +142,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         ));
     }
     let mut stepped = Vec::new();
-    if parameters.lod.has(Level::Stepped) {
+    if parameters.lod.has(Level::Stepped) || parameters.lod.has(Level::RoofParts) {
         let counting = fit::counting(&site.points, &left_out);
         stepped = stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes);
         measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
@@ -142,7 +152,8 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22];
         solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
     }
-    let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts };
+    let ground = grid_height(site.ground.height, step);
+    let mut model = Model { footprint, ground, parts, ..Model::default() };
     measures.roof_heights = roof_heights;
     if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
         heights.max = top;
@@ -157,7 +168,10 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
+    parameters.lod.lay_flat(&mut model);
     parameters.lod.keep(&mut model);
+    // All models speak of steps of the finest grid.
+    model.refine(parameters.grid_steps().unwrap_or(1));
     Building {
         id: site.id.clone(),
         frame: site.frame,
@@ -165,6 +179,7 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         model,
         outcome,
         measures,
+        record: site.record.clone(),
         notes,
     }
 }
@@ -172,6 +187,11 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
 /// Area of a footprint in square metres, if there is one.
 fn area(footprint: Option<&MultiPolygon<f64>>) -> Option<f64> {
     footprint.map(geo::Area::unsigned_area).filter(|area| *area > 0.0)
+}
+
+/// Building points per square metre of footprint, if there is one.
+fn density(site: &Site) -> Option<f64> {
+    area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area)
 }
 
 /// The site without the points whose coordinates are not numbers, or not within reach of the local frame.
@@ -226,6 +246,20 @@ impl Attempt {
         let measures = first_measures(site);
         Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), strays: Vec::new(), fit: None }
     }
+
+    /// None was made; what is seen of the roofs is enough for a block.
+    fn of_roofs(site: &Site, parameters: &Parameters, failure: Failure) -> Self {
+        let detected = match Detected::new(site, parameters) {
+            Ok(detected) => detected,
+            Err(failure) => return Self::failed(site, failure),
+        };
+        let mut seen = Solution { measures: first_measures(site), ..Solution::default() };
+        seen.measure_roofs(site, &detected.roofs);
+        seen.measures.primitives = detected.count;
+        seen.measures.point_density = density(site);
+        let Solution { measures, outline, roof_points, strays, .. } = seen;
+        Self { measures, outline, result: Err(failure), roof_points, strays, fit: None }
+    }
 }
 
 /// What is known of a building before anything is made of it.
@@ -276,6 +310,8 @@ fn attempt_with(
         roof_points: &roof_points,
         roof_heights: measures.roof_heights,
         outline: outline.as_ref(),
+        step: parameters.step(&site.frame),
+        stated_top: None,
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
@@ -309,7 +345,7 @@ impl Solution {
         let measures = &mut self.measures;
         measures.primitives = hypotheses.detected;
         measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
-        measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
+        measures.point_density = density(site);
         measures.cells = complex.cells.len();
     }
 
@@ -337,9 +373,10 @@ impl Solution {
         // What is thinner than the noise was made by it.
         let minimum_feature = parameters.surface.minimum_feature.max(hypotheses.noise);
         let surface_parameters = SurfaceParameters { minimum_feature };
-        let extraction = surface::extract(&labelled, site.frame.step(), &surface_parameters).map_err(|error| {
-            Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
-        })?;
+        let extraction =
+            surface::extract(&labelled, parameters.step(&site.frame), &surface_parameters).map_err(|error| {
+                Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
+            })?;
         let confidence = Confidence::new(building, &complex.facet_areas(), occupancy, &extraction.inside);
         measures.confidence = confidence.building;
         let mut solids = Vec::with_capacity(extraction.shells.len());
@@ -365,13 +402,21 @@ impl Solution {
         measures.roof_type = measures::roof_type(&solids);
         measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
         measures.ridge_height = measures::ridge_height(&solids);
+        measures.ridges = Some(ridges::of(&solids));
         self.solids = solids;
         Ok(())
     }
 }
 
-fn grid_height(site: &Site, height: f64) -> i64 {
-    (height / site.frame.step()[2]).round() as i64
+/// The top of the block of a building without points on its roof (local metres), if it is stated and anything is known of
+/// its ground.
+fn stated_top(site: &Site) -> Option<f64> {
+    site.record.roof_height.filter(|_| !site.points.is_empty() || site.ground.source != GroundSource::BoundingBox)
+}
+
+/// A height in steps of a grid.
+fn grid_height(height: f64, step: [f64; 3]) -> i64 {
+    (height / step[2]).round() as i64
 }
 
 fn volume<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<f64> {

@@ -70,8 +70,8 @@ fn of_solid(solid: &Solid, site: &Site, points: &[Point3<f64>], parameters: &Par
     let occupancy: Vec<f64> = inside.iter().map(|inside| f64::from(u8::from(*inside))).collect();
     let labelled =
         Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &[] };
-    let extraction =
-        surface::extract(&labelled, site.frame.step(), &parameters.surface).map_err(|error| error.to_string())?;
+    let extraction = surface::extract(&labelled, parameters.step(&site.frame), &parameters.surface)
+        .map_err(|error| error.to_string())?;
     let mut found = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         let footprint: Option<&MultiPolygon<f64>> = site.footprint.as_ref();
@@ -326,6 +326,29 @@ mod tests {
         let (heights, volume) = tops(&building(height, &with("1.3", 10.0)));
         assert_eq!(heights, [9.0]);
         assert!((volume - 1800.0).abs() < 1e-6, "{volume}");
+    }
+
+    #[test]
+    fn what_lies_flat_is_the_roofs_of_the_blocks() {
+        let height = |x: f64, _: f64| if x < 10.0 { 4.0 } else { 9.0 };
+        let found = building(height, &with("0.1,0.3", 3.0)).model;
+        let area = |roofs: &[crate::solid::RoofPolygon]| -> Vec<(f64, f64)> {
+            let of_ring = |ring: &Vec<[i64; 2]>| {
+                let pairs = ring.iter().zip(ring.iter().cycle().skip(1));
+                pairs.map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<i64>() as f64 / 2e8
+            };
+            let whole = roofs.iter().map(|roof| (roof.height as f64 / 1e4, roof.polygon.iter().map(of_ring).sum()));
+            whole.collect()
+        };
+        let mut parts = area(&found.roof_parts);
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let [(low, west), (high, east)] = parts[..] else { panic!("{parts:?}") };
+        assert_eq!((low, high), (4.0, 9.0));
+        assert!((west - 100.0).abs() < 3.0 && (west + east - 200.0).abs() < 0.01, "{west} {east}");
+        assert_eq!(area(&found.roof_outlines), [(9.0, 200.0)]);
+        assert!(found.parts.is_empty() && found.footprint.is_empty());
+        let usual = building(height, &Parameters::default()).model;
+        assert!(usual.roof_parts.is_empty() && usual.roof_outlines.is_empty());
     }
 
     #[test]

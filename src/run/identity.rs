@@ -97,7 +97,19 @@ fn hash_of_task(task: &Task) -> u64 {
 }
 
 fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
-    let Site { id, frame, footprint, points, ground_points, ground, ground_line, coverage, covered, attributes } = site;
+    let Site {
+        id,
+        frame,
+        footprint,
+        points,
+        ground_points,
+        ground,
+        ground_line,
+        coverage,
+        covered,
+        attributes,
+        record,
+    } = site;
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
     [ground.height, ground.spread, coverage.share].into_iter().for_each(&mut number);
@@ -116,4 +128,5 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
     id.hash(hasher);
     std::mem::discriminant(&ground.source).hash(hasher);
     Value::Object(attributes.clone()).to_string().hash(hasher);
+    serde_json::to_string(record).unwrap_or_default().hash(hasher);
 }

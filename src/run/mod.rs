@@ -13,17 +13,25 @@
 mod buildings;
 mod checkpoint;
 mod checks;
+mod choice;
 mod classes;
+mod clouds;
 mod feed;
+mod file_names;
+mod files;
 mod identity;
 mod job;
 mod journal;
+mod layer;
+mod limit;
 mod observer;
 mod ordered;
 pub mod output;
 mod parts;
 mod plan;
 mod single;
+mod surveyed;
+mod template;
 mod tiles;
 mod write;
 
@@ -38,9 +46,11 @@ use std::path::PathBuf;
 
 use journal::Journal;
 
-pub use checks::{MOST_THREADS, recording_date};
+pub use checks::{MOST_THREADS, recording_date, translation};
+pub use clouds::{CloudSource, cloud};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
+pub use limit::{Limit, bounds};
 pub use observer::{Event, Observer, Silent, Stage};
 pub(crate) use tiles::{agree_on_crs, place, true_to_length};
 
@@ -124,7 +134,7 @@ fn run_both(
 
     let quality = Quality::of(&done.buildings);
     let exit_code = exit_code(&done.counts, &plan.inputs);
-    let outputs = plan.outputs().map(|path| path.display().to_string()).collect();
+    let outputs = done.outputs.iter().chain(&plan.report).map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,19 +1,23 @@
 //! Reconstructing and writing: buildings go to the sink as they get done.
 
+use std::path::PathBuf;
+
 use rayon::ThreadPool;
 
 use super::buildings::{Task, reconstruct_all};
 use super::checkpoint::{self, Checkpoint};
+use super::files::ManyFiles;
 use super::identity::{Identity, hash_of};
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
+use super::template::Files;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts};
-use crate::sink::{self, Encoder, Metadata, Sink};
-use crate::site::{QUANTUM, Site};
+use crate::sink::{self, Encoder, Metadata, PREFIX, PREFIX_MEMBER, Sink};
+use crate::site::Site;
 use crate::source::cityjson::Transform;
 
 /// Opens a sink of the caller.
@@ -23,6 +27,8 @@ pub(super) type Open<'f, 'a> = Box<dyn FnOnce(&Metadata) -> Result<Box<dyn Sink 
 pub(super) struct Done {
     pub(super) counts: Counts,
     pub(super) buildings: Vec<BuildingReport>,
+    /// The files of the model.
+    pub(super) outputs: Vec<PathBuf>,
     /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
     pub(super) checkpoint: Option<Checkpoint>,
 }
@@ -47,7 +53,7 @@ pub(super) fn write(
     let own = open.map(|open| open(&head)).transpose()?;
     let Some(model) = &plan.model else {
         let (counts, buildings) = write_model(job, tasks, pool, journal, method, None, own.into_iter().collect())?;
-        return Ok(Done { counts, buildings, checkpoint: None });
+        return Ok(Done { counts, buildings, outputs: Vec::new(), checkpoint: None });
     };
     let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
     parameters["field"] = job.field.identity()?;
@@ -60,13 +66,30 @@ pub(super) fn write(
         });
     }
     let overwrite = job.overwrite || plan.continues;
-    let outcome = sink::create_in(Some(checkpoint.folder()), model, head, overwrite).and_then(|file| {
+    let mut outputs = Vec::new();
+    let file: Result<Box<dyn Sink + '_>> = match &plan.files {
+        Some(files) => {
+            let heads = heads_of_files(job, plan, &tasks, files);
+            Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
+        }
+        None => {
+            outputs.push(model.clone());
+            sink::create_in(Some(checkpoint.folder()), model, head, overwrite).map(|sink| sink as Box<dyn Sink>)
+        }
+    };
+    let mut outcome = file.and_then(|file| {
         let sinks = std::iter::once(file).chain(own).collect();
         write_model(job, tasks, pool, journal, method, Some(&checkpoint), sinks)
     });
+    if let (Some(files), Ok((_, buildings))) = (&plan.files, &mut outcome) {
+        for building in buildings {
+            let file = files.of_building.get(&building.id).and_then(|&file| files.paths.get(file));
+            building.file = file.map(|file| file.display().to_string());
+        }
+    }
     let is_whole = matches!(&outcome, Ok((counts, _)) if counts.not_reached == 0);
     if is_whole {
-        return outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: Some(checkpoint) });
+        return outcome.map(|(counts, buildings)| Done { counts, buildings, outputs, checkpoint: Some(checkpoint) });
     }
     let folder = checkpoint.folder().display().to_string();
     drop(checkpoint);
@@ -77,7 +100,7 @@ pub(super) fn write(
         // Nothing is lost by its end, and whatever stopped the run is what the user must be told.
         _ => drop(std::fs::remove_dir_all(&folder)),
     }
-    outcome.map(|(counts, buildings)| Done { counts, buildings, checkpoint: None })
+    outcome.map(|(counts, buildings)| Done { counts, buildings, outputs, checkpoint: None })
 }
 
 /// Reconstructs and writes to all `sinks`.
@@ -90,9 +113,11 @@ fn write_model(
     checkpoint: Option<&Checkpoint>,
     mut sinks: Vec<Box<dyn Sink + '_>>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
-    let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+    let encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+    let mut encoder = encoder.with_attributes(job.attributes.clone());
     let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-        reconstruct_all(tasks, pool, journal, checkpoint, method, |building| {
+        let grid_steps = job.parameters.grid_steps().unwrap_or(1);
+        reconstruct_all(tasks, pool, journal, checkpoint, grid_steps, method, |building| {
             let feature = encoder.feature(building);
             sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
         })
@@ -115,20 +140,42 @@ fn write_model(
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
 fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
-    // The corner of all frames depends on the footprints alone, as each frame does.
-    let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
-    let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
-    let translate = std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round());
+    head(job, plan, corner(tasks.iter()))
+}
+
+/// The heads of the files of a model: each as if its buildings were all.
+fn heads_of_files(job: &Job, plan: &Plan, tasks: &[Task], files: &Files) -> Vec<Metadata> {
+    let mut of_file: Vec<Vec<&Task>> = vec![Vec::new(); files.paths.len()];
+    for task in tasks {
+        if let Some(tasks) = files.of_building.get(task.id()).and_then(|&file| of_file.get_mut(file)) {
+            tasks.push(task);
+        }
+    }
+    of_file.into_iter().map(|tasks| head(job, plan, corner(tasks.into_iter()))).collect()
+}
+
+/// The corner of all frames. It depends on the footprints alone, as each frame does.
+fn corner<'a>(tasks: impl Iterator<Item = &'a Task>) -> [f64; 3] {
+    let origins = tasks.filter_map(Task::site).map(|site| site.frame.origin);
+    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
+    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
+}
+
+fn head(job: &Job, plan: &Plan, translate: [f64; 3]) -> Metadata {
     let is_local = plan.crs.is_local();
     let mut others = Metadata::making(parameters(job));
     if is_local {
         others.insert("gable_coordinates".to_owned(), plan.crs.name.clone().into());
     }
+    // Whoever reads the model finds gable's attributes by it.
+    if job.attributes.prefix != PREFIX {
+        others.insert(PREFIX_MEMBER.to_owned(), job.attributes.prefix.clone().into());
+    }
     Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),
         crs: (!is_local).then(|| plan.crs.clone()),
-        transform: Transform { scale: [QUANTUM; 3], translate },
+        transform: Transform { scale: [job.parameters.grid_scale; 3], translate: job.translation.unwrap_or(translate) },
         others,
         extensions: None,
     }

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
 mod agreement;
+mod areas;
+mod attributes;
 mod bad_input_footprints;
 mod bad_input_noise;
 mod bad_input_options;
@@ -20,6 +22,7 @@ mod evaluate;
 mod field;
 mod info;
 mod jagged;
+mod many_files;
 mod neighbourhoods;
 mod pipeline;
 mod postgis;

@@ -31,6 +31,10 @@ impl Tunable for Parameters {
     const ELSEWHERE: &'static [&'static str] = &["lod"];
     const LIMITS: &'static [(&'static str, [f64; 2])] = &[
         ("block_step", [0.0, 1000.0]),
+        ("block_above", [0.0, 1e9]),
+        ("minimum_density", [0.0, 10_000.0]),
+        ("maximum_no_data", [0.0, 1.0]),
+        ("grid_scale", [0.0001, 0.1]),
         ("noise_factor", [1.0, 100.0]),
         ("minimum_tolerance", [0.001, 10.0]),
         ("maximum_tolerance", [0.001, 10.0]),
@@ -72,6 +76,8 @@ impl Tunable for SegmentOptions {
         ("ring_limit", [0.0, 1000.0]),
         ("ring_area", [0.0, 100_000.0]),
         ("ground_percentile", [0.0, 100.0]),
+        ("cloud_density", [0.0, 10_000.0]),
+        ("cloud_no_data", [0.0, 1.0]),
         ("least_height", [0.0, 1000.0]),
         ("flatness", [0.0, 1.0]),
         ("hover_gap", [0.01, 1000.0]),

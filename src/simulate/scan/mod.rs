@@ -19,6 +19,7 @@ use serde_json::Map;
 use super::model::Placed;
 use super::options::{ScanOptions, Setup, SetupChoice};
 use super::random::{Draw, Random};
+use crate::record::Record;
 use crate::site::{Coverage, Frame, Ground, GroundSource, Site};
 use scene::{Return, Scene, Target, Tree};
 
@@ -64,6 +65,7 @@ impl Scan {
             coverage: Coverage { share: 1.0 },
             covered: None,
             attributes: Map::new(),
+            record: Record::default(),
         }
     }
 }

@@ -30,6 +30,7 @@ fn building(id: &str) -> Building {
         attributes: serde_json::Map::new(),
         model: Model::default(),
         outcome: Outcome::Rejected { reason: Reason::NoPolygon, detail: "a null geometry".into() },
+        record: crate::record::Record::default(),
         measures: Measures::default(),
         notes: Vec::new(),
     }
@@ -98,6 +99,7 @@ fn neighbourhood() -> Vec<Building> {
             lod13: None,
             lod22: Some(gabled_house()),
         }],
+        ..Model::default()
     };
     house.outcome = Outcome::Lod22;
     house.measures = Measures {
@@ -108,7 +110,7 @@ fn neighbourhood() -> Vec<Building> {
         no_data_share: Some(-0.0),
         roof_type: Some(RoofType::Slanted),
         roof_planes: Some(2),
-        roof_heights: Some(RoofHeights { min: 2.9996, p50: 4.0, p70: 4.4, max: 5.01 }),
+        roof_heights: Some(RoofHeights { min: 2.9996, p50: 4.0, p70: 4.4, p98: 4.9, max: 5.01 }),
         ridge_height: Some(5.0),
         rmse_lod22: Some(f64::NAN),
         completeness: Some(Extents {
@@ -132,7 +134,7 @@ fn neighbourhood() -> Vec<Building> {
     let ring: FootprintPolygon = vec![square(0, 0, 6), courtyard];
     let beside: FootprintPolygon = vec![square(6, 0, 4)];
     let parts = [&ring, &beside].map(|p| Part { lod12: block(p, -5_000, 90_000, STEP), ..Part::default() }).to_vec();
-    block_of_two.model = Model { footprint: vec![ring, beside], ground: -5_000, parts };
+    block_of_two.model = Model { footprint: vec![ring, beside], ground: -5_000, parts, ..Model::default() };
     block_of_two.frame.origin = [84_960.0, 447_490.0, 0.0];
     block_of_two.outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "not closed".into() };
     block_of_two.measures.faults_lod22 = vec![302, 203];
@@ -280,7 +282,7 @@ fn attributes_say_what_came_of_a_building() {
         "gable_success": true, "gable_lod": "2.2", "gable_ladder_step": "lod22",
         "gable_roof_type": "slanted", "gable_roof_planes": 2,
         "gable_height_ground": -1.0, "gable_height_roof_min": 2.0, "gable_height_roof_50p": 3.0,
-        "gable_height_roof_70p": 3.4, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
+        "gable_height_roof_70p": 3.4, "gable_height_roof_98p": 3.9, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
         "gable_missing_area": 7.0, "gable_missing_largest": 4.0, "gable_excess_area": 2.26,
         "gable_excess_largest": 2.26, "gable_roofed_ground_area": 0.0, "gable_roofed_ground_largest": 0.0,
         "gable_volume_lod12": 211.2, "gable_validity_lod12": [], "gable_validity_lod22": [],
@@ -315,12 +317,39 @@ fn the_table_of_attributes_is_sound() {
 }
 
 #[test]
+fn attributes_are_chosen_and_named_as_asked() {
+    let mut house = building("h");
+    let given = json!({"year": 1990, "use": "x", "gable_lod": "old", "b_lod": "older"});
+    house.attributes = given.as_object().unwrap().clone();
+    let chosen = |own: &str, prefix: &str, source: &str| {
+        let options = AttributeOptions {
+            own: own_names(own).unwrap(),
+            prefix: prefix.to_owned(),
+            source: source.parse().unwrap(),
+        };
+        let mut encoder = Encoder::default().with_attributes(options);
+        Value::Object(encoder.feature(&house).objects.remove(0).attributes)
+    };
+    assert_eq!(chosen("none", "gable_", "year"), json!({"year": 1990}));
+    assert_eq!(chosen("success,gable_points", "b_", "none"), json!({"b_success": false, "b_points": 0}));
+    // What would be taken for gable's under the prefix gets another name, and the notes tell.
+    let note = "the attribute \"b_lod\" is written as \"source_b_lod\"";
+    assert_eq!(chosen("notes", "b_", "*lod"), json!({"gable_lod": "old", "source_b_lod": "older", "b_notes": [note]}));
+    assert_eq!(
+        chosen("points", "", "*e*"),
+        json!({"year": 1990, "use": "x", "gable_lod": "old", "points": 0})
+    );
+    let message = own_names("heigt_ridge").unwrap_err();
+    assert!(message.contains("nearest is height_ridge"), "{message}");
+}
+
+#[test]
 fn heights_are_in_the_units_of_the_crs() {
     let foot = 0.3048;
     let mut tower = building("t");
     tower.frame = Frame { origin: [0.0, 0.0, 100.0], metres_per_unit: [foot; 3] };
     tower.measures.ground = Some(Ground { height: 10.0 * foot, spread: 1.0, source: GroundSource::LowestPoints });
-    let attributes = attributes::of(&tower, &PointCloud::default());
+    let attributes = attributes::Chosen::default().of(&tower, &PointCloud::default());
     assert_eq!(attributes["gable_height_ground"], 110.0);
     assert_eq!(attributes["gable_ground_spread"], 1.0);
 }

@@ -8,9 +8,9 @@ use crate::network::FieldOptions;
 use crate::pipeline::options::{Tunable, Values, tuned};
 use crate::pipeline::source::crs_of;
 use crate::reconstruct::Parameters;
-use crate::run::{self, FootprintSource, Job};
+use crate::run::{self, CloudSource, FootprintSource, Job, Limit};
 use crate::segment::{BuildingClasses, SegmentOptions};
-use crate::sink::{Format, PointCloud};
+use crate::sink::{AttributeOptions, Format, Names, PointCloud, own_names, prefix};
 use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
 
@@ -25,9 +25,10 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
     }
     if !has_footprints {
-        let needless = ["footprint_crs", "layer", "query", "filter", "id_attribute"]
-            .into_iter()
-            .find(|name| values.is_given(name));
+        let needless =
+            ["footprint_crs", "layer", "query", "filter", "id_attribute", "footprint_attributes", "box", "limit_area"]
+                .into_iter()
+                .find(|name| values.is_given(name));
         if let Some(name) = needless {
             return Err(values.place().fault(format!("`{name}` without `footprints`"), "`footprints`").into());
         }
@@ -55,8 +56,11 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     };
     let job = Job {
         footprints: given("footprints").map(|path| FootprintSource { path: path.into(), options }),
+        clouds: clouds(values)?,
+        limit: limit(values)?,
         output: filename.to_path_buf(),
         title: given("title"),
+        translation: translation(values)?,
         overwrite: values.is_on("overwrite"),
         resume: values.is_on("resume"),
         report: values.text("report").map(PathBuf::from),
@@ -66,6 +70,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         segmentation,
         parameters: structure::<Parameters>(values)?,
         field: structure::<FieldOptions>(values)?,
+        attributes: attributes(values)?,
         point_cloud: PointCloud { source: given("point_cloud_source"), date },
         ..Job::default()
     };
@@ -83,6 +88,44 @@ fn placement(values: &Values) -> Option<Placement> {
 /// A structure with what was given of its fields.
 fn structure<T: Tunable>(values: &Values) -> Result<T, InputError> {
     tuned(&T::default(), |name| values.given(name)).map_err(|(name, reason)| values.fault(&name, "a value", reason))
+}
+
+/// More point clouds.
+fn clouds(values: &Values) -> Result<Vec<CloudSource>, InputError> {
+    let cloud = |text: &str| run::cloud(text).map_err(|expected| values.fault("cloud", &format!("`{text}`"), expected));
+    values.texts("cloud").into_iter().map(cloud).collect()
+}
+
+/// Which part of the footprints.
+fn limit(values: &Values) -> Result<Limit, InputError> {
+    let text = values.texts("box").join(",");
+    let bounds = values.is_given("box").then(|| run::bounds(&text)).transpose();
+    let bounds = bounds.map_err(|expected| values.fault("box", &format!("`{text}`"), expected))?;
+    Ok(Limit { bounds, area: values.text("limit_area").map(PathBuf::from) })
+}
+
+/// Where the number 0 of the coordinates is.
+fn translation(values: &Values) -> Result<Option<[f64; 3]>, InputError> {
+    let text = values.texts("translation").join(",");
+    let place = values.is_given("translation").then(|| run::translation(&text)).transpose();
+    place.map_err(|expected| values.fault("translation", &format!("`{text}`"), expected))
+}
+
+/// Which attributes are written.
+fn attributes(values: &Values) -> Result<AttributeOptions, InputError> {
+    let all = AttributeOptions::default();
+    let names = |option: &str, read: fn(&str) -> Result<Names, String>| {
+        if !values.is_given(option) {
+            return Ok(Names::All);
+        }
+        let text = values.texts(option).join(",");
+        read(&text).map_err(|expected| values.fault(option, &format!("`{text}`"), expected))
+    };
+    let own = names("attributes", own_names)?;
+    let source = names("footprint_attributes", |text| text.parse())?;
+    let given = values.text("attribute_prefix").unwrap_or(&all.prefix);
+    let prefix = prefix(given).map_err(|expected| values.fault("attribute_prefix", &format!("`{given}`"), expected))?;
+    Ok(AttributeOptions { own, prefix, source })
 }
 
 fn building_classes(values: &Values) -> Result<BuildingClasses, InputError> {
