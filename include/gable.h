@@ -60,6 +60,8 @@ typedef enum gable_stage {
   GABLE_STAGE_RECONSTRUCT = 2,
   // Completes the output; counted in files.
   GABLE_STAGE_FINISH = 3,
+  // Writes the points of each building to a file of its own, before the output is completed; counted in points.
+  GABLE_STAGE_CROP = 4,
 } gable_stage;
 
 // A job: options, points, and what came of them. Only pointers to it are used; gable_create makes one and gable_free

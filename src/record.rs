@@ -12,6 +12,17 @@ pub struct Record {
     pub cloud: Option<CloudOf>,
     /// What has become of it between two surveys, where two tell.
     pub change: Option<Change>,
+    /// The file of its points, where they were cropped.
+    pub points_file: Option<PointsFile>,
+}
+
+/// The file of the points of a building.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PointsFile {
+    /// Its name in the folder of the index.
+    pub name: String,
+    /// Number of points in it, of all classes.
+    pub points: u64,
 }
 
 /// The point cloud that models were made from, in the words of whoever made them. Files do not tell: the names and dates of

@@ -27,6 +27,8 @@ pub enum GableStage {
     Reconstruct = 2,
     /// Completes the output; counted in files.
     Finish = 3,
+    /// Writes the points of each building to a file of its own, before the output is completed; counted in points.
+    Crop = 4,
 }
 
 impl From<Stage> for GableStage {
@@ -35,6 +37,7 @@ impl From<Stage> for GableStage {
             Stage::Read => Self::Read,
             Stage::Segment => Self::Segment,
             Stage::Reconstruct => Self::Reconstruct,
+            Stage::Crop => Self::Crop,
             Stage::Finish => Self::Finish,
         }
     }

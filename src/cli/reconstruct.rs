@@ -93,6 +93,11 @@ pub struct Args {
     #[arg(long, help_heading = OUTPUT)]
     resume: bool,
 
+    /// Write the points of each building, and those up to --ring-width around it, to a LAZ file of its own in the folder OUT,
+    /// with all of them in OUT/index.gpkg, instead of models
+    #[arg(long, conflicts_with_all = ["resume", "view", "no_footprint"], help_heading = OUTPUT)]
+    crop_only: bool,
+
     /// Where the report goes [default: OUT.report.json]
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     report: Option<PathBuf>,
@@ -186,6 +191,7 @@ pub fn main(args: Args) -> Outcome {
     };
     interrupt::listen();
     let with_page = args.view;
+    let crops = args.crop_only;
     let job = args.into_job()?;
     let to_stream = is_stream(&job.output);
     if with_page && to_stream {
@@ -197,7 +203,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let report = run(&job, &Progress::new(verbosity))?;
     if verbosity > Verbosity::Quiet {
-        let text = summary::summary(&report);
+        let text = if crops { summary::cropped(&report) } else { summary::summary(&report) };
         if to_stream {
             say(text.trim_end());
         } else {
@@ -224,6 +230,7 @@ impl Args {
             footprints,
             limit,
             output: self.output,
+            crop_only: self.crop_only,
             title: self.title,
             translation: self.translation,
             overwrite: self.overwrite,

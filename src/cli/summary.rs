@@ -143,6 +143,24 @@ pub fn summary(report: &Report) -> String {
     out
 }
 
+/// The summary of a run that wrote the points of buildings, and no model.
+pub fn cropped(report: &Report) -> String {
+    let counts = &report.counts;
+    let number = |n: usize| thousands(n as u64);
+    let files = report.buildings.iter().filter(|building| building.file.is_some()).count();
+    let rows = [
+        vec!["footprints".to_owned(), number(counts.footprints)],
+        vec!["  with building points".to_owned(), number(counts.with_points)],
+        vec!["files of points".to_owned(), number(files)],
+        vec!["points read".to_owned(), thousands(report.inputs.points.read)],
+        vec!["building points in footprints".to_owned(), thousands(counts.points)],
+    ];
+    let mut out = table(&rows, "");
+    out.push_str(&format!("{:<20}  {}\n", "time and memory", duration(report.wall_seconds)));
+    out.extend(report.outputs.iter().map(|file| format!("{:<20}  {file}\n", "written")));
+    out + &bad_tiles(report)
+}
+
 /// How many warnings a line has room for.
 const TOLD: usize = 3;
 

@@ -153,6 +153,11 @@ pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) 
         solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
     }
     let ground = grid_height(site.ground.height, step);
+    if let Some(of_model) = measures.ground.as_mut().filter(|_| parameters.grid_steps().is_some_and(|steps| steps > 1))
+    {
+        // On a coarse grid it is not where it was measured.
+        of_model.height = ground as f64 * step[2];
+    }
     let mut model = Model { footprint, ground, parts, ..Model::default() };
     measures.roof_heights = roof_heights;
     if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {

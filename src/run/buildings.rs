@@ -156,6 +156,11 @@ fn one(task: Task, grid_steps: i64, reconstruct: &impl Fn(&Site) -> Building) ->
 
 /// What is written of a site on which the method failed.
 fn broken(site: &Site, grid_steps: i64, detail: String) -> Building {
+    without_model(site, grid_steps, Outcome::FootprintOnly { reason: Reason::Internal, detail })
+}
+
+/// What is written of a site without a model of it.
+pub(super) fn without_model(site: &Site, grid_steps: i64, outcome: Outcome) -> Building {
     let step = site.frame.step().map(|step| step * grid_steps as f64);
     // Whatever broke the method may lie in the footprint.
     let mut notes = Vec::new();
@@ -176,7 +181,7 @@ fn broken(site: &Site, grid_steps: i64, detail: String) -> Building {
         frame: site.frame,
         attributes: site.attributes.clone(),
         model,
-        outcome: Outcome::FootprintOnly { reason: Reason::Internal, detail },
+        outcome,
         record: site.record.clone(),
         measures,
         notes,

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::clouds::CloudSource;
+use super::crop;
 use super::feed::Fed;
 use super::limit::Limit;
 use super::output;
@@ -35,6 +36,9 @@ pub struct Job {
     /// CityJSONSeq: `-` for standard output, or a pipe. Only a run into a sink
     /// of one's own (see [`super::run_into`]) may leave it empty; then no model is written to a file.
     pub output: PathBuf,
+    /// Whether the points of each building are written to a file of its own in the folder [`Self::output`], with an index of
+    /// all, instead of models.
+    pub crop_only: bool,
     /// Where the number 0 of the coordinates of a CityJSON file is, CRS units: whole multiples of
     /// [`Parameters::grid_scale`]; `None` takes whole units at the corner of the model.
     pub translation: Option<[f64; 3]>,
@@ -88,7 +92,7 @@ impl Job {
     /// # Errors
     /// A place in the name of the output that means nothing, or an extension of no format.
     pub fn goes_to_many_files(&self) -> Result<bool, InputError> {
-        Template::of(&self.output).map(|template| template.is_some())
+        Ok(!self.crop_only && Template::of(&self.output)?.is_some())
     }
 
     /// The files, folders and patterns of all tiles, of all clouds together.
@@ -102,6 +106,9 @@ impl Job {
     /// # Errors
     /// As [`Self::goes_to_many_files`].
     pub fn base(&self, tiles: &[PathBuf]) -> Result<PathBuf, InputError> {
+        if self.crop_only {
+            return Ok(crop::index(&self.output));
+        }
         let footprints = self.footprints.as_ref().map(FootprintSource::name);
         Ok(match Template::of(&self.output)? {
             Some(template) => template.base(),

@@ -16,6 +16,7 @@ mod checks;
 mod choice;
 mod classes;
 mod clouds;
+mod crop;
 mod feed;
 mod file_names;
 mod files;
@@ -124,16 +125,23 @@ fn run_both(
         let fault = InputError::new("the output", "no name", "the name of a file or folder");
         return Err(fault.remedy("Name it, or run into a sink of your own and without resuming").into());
     }
+    if job.crop_only {
+        crop::refuse_contradictions(job)?;
+    }
     let started = report::now();
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
     let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
-    let done = write::write(job, &plan, tasks, &pool, &mut journal, method, open)?;
+    let done = if job.crop_only {
+        crop::write(job, &plan, tasks, &pool, &mut journal, open)?
+    } else {
+        write::write(job, &plan, tasks, &pool, &mut journal, method, open)?
+    };
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
-    let exit_code = exit_code(&done.counts, &plan.inputs);
+    let exit_code = if job.crop_only { whole_or_partial(&plan.inputs) } else { exit_code(&done.counts, &plan.inputs) };
     let outputs = done.outputs.iter().chain(&plan.report).map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
@@ -166,6 +174,11 @@ fn run_both(
         checkpoint.remove()?;
     }
     Ok(report)
+}
+
+/// What the exit code of a run is of which no model was asked for.
+fn whole_or_partial(inputs: &Inputs) -> u8 {
+    if inputs.is_whole() { Verdict::Complete } else { Verdict::Partial }.exit_code()
 }
 
 /// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for.

@@ -14,6 +14,8 @@ pub enum Stage {
     Segment,
     /// Reconstructs the buildings in parallel and writes them as they get done.
     Reconstruct,
+    /// Writes the points of each building to a file of its own, instead of reconstructing it.
+    Crop,
     /// Completes the output file and gives it its name.
     Finish,
 }
@@ -25,6 +27,7 @@ impl Stage {
             Self::Read => "reading inputs",
             Self::Segment => "collecting points",
             Self::Reconstruct => "reconstructing",
+            Self::Crop => "cropping points",
             Self::Finish => "finishing the file",
         }
     }
@@ -33,7 +36,7 @@ impl Stage {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Read | Self::Finish => "file",
-            Self::Segment => "point",
+            Self::Segment | Self::Crop => "point",
             Self::Reconstruct => "building",
         }
     }

@@ -14,6 +14,7 @@ use super::single::{Look, StandIns};
 use super::template::{Files, Template};
 use super::{checkpoint, classes, clouds, layer, output, single, surveyed, tiles};
 use crate::error::{Error, InputError, Result};
+use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs};
 use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
 use crate::sink::Format;
@@ -53,6 +54,14 @@ pub(super) struct Plan {
     has_stand_ins: bool,
 }
 
+impl Plan {
+    /// The cloud of a tile, where there are several.
+    pub(super) fn cloud_of(&self, tile: &Tile) -> Option<&PointCloud> {
+        let cloud = self.clouds.iter().find(|cloud| cloud.paths.contains(&tile.path));
+        cloud.filter(|_| self.clouds.len() > 1).map(|cloud| &cloud.about)
+    }
+}
+
 /// Reads headers and footprints and brings them into one CRS.
 ///
 /// # Errors
@@ -66,7 +75,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
     let footprint_name = job.footprints.as_ref().map(FootprintSource::name);
     let has_model = !job.output.as_os_str().is_empty();
-    let template = Template::of(&job.output)?;
+    let template = Template::of(&job.output)?.filter(|_| !job.crop_only);
     let model = has_model.then(|| job.base(&names)).transpose()?;
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));

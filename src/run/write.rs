@@ -139,7 +139,7 @@ fn write_model(
 }
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
-fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
+pub(super) fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
     head(job, plan, corner(tasks.iter()))
 }
 

@@ -253,6 +253,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_primitives", "", "number of planes found in the points", |s| {
         (s.building.measures.points > 0).then(|| s.building.measures.primitives.into())
     }),
+    row("gable_points_file", "", "the file of its points beside the index, where they were cropped", |s| {
+        s.building.record.points_file.as_ref().map(|file| file.name.clone().into())
+    }),
+    row("gable_points_in_file", "", "number of points in that file, of all classes", |s| {
+        s.building.record.points_file.as_ref().map(|file| file.points.into())
+    }),
     row("gable_notes", "", "what else there is to know: repairs, a made-up id, an incomplete tile", |s| {
         (!s.notes.is_empty()).then(|| s.notes.clone().into())
     }),

@@ -55,6 +55,11 @@ fn options() -> Vec<OptionSpec> {
             "Where the number 0 of the coordinates of a CityJSON file is, X,Y,Z in CRS units, whole multiples of `grid_scale`; \
              whole units at the corner of the model when it is not given",
         ),
+        switch(
+            "crop_only",
+            "Write the points of each building, and those up to `ring_width` around it, to a LAZ file of its own in the folder \
+             `filename`, with all of them in index.gpkg there, instead of models",
+        ),
         switch("overwrite", "Replace files that exist"),
         switch("resume", "Go on from what a run that was killed has left beside the file"),
         OptionSpec::new("report", Kind::File, "Where the report goes; beside the city model when it is not given"),

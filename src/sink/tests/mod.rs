@@ -335,10 +335,7 @@ fn attributes_are_chosen_and_named_as_asked() {
     // What would be taken for gable's under the prefix gets another name, and the notes tell.
     let note = "the attribute \"b_lod\" is written as \"source_b_lod\"";
     assert_eq!(chosen("notes", "b_", "*lod"), json!({"gable_lod": "old", "source_b_lod": "older", "b_notes": [note]}));
-    assert_eq!(
-        chosen("points", "", "*e*"),
-        json!({"year": 1990, "use": "x", "gable_lod": "old", "points": 0})
-    );
+    assert_eq!(chosen("points", "", "*e*"), json!({"year": 1990, "use": "x", "gable_lod": "old", "points": 0}));
     let message = own_names("heigt_ridge").unwrap_err();
     assert!(message.contains("nearest is height_ridge"), "{message}");
 }

@@ -59,6 +59,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         clouds: clouds(values)?,
         limit: limit(values)?,
         output: filename.to_path_buf(),
+        crop_only: values.is_on("crop_only"),
         title: given("title"),
         translation: translation(values)?,
         overwrite: values.is_on("overwrite"),
