@@ -62,6 +62,7 @@ Exit codes:
 /// The headings of the options that stand here; those of the other files have theirs there.
 const POINTS: &str = "Points";
 const OUTPUT: &str = "Output";
+const RUN: &str = "Run";
 const POINTS_OF_BUILDINGS: &str = SegmentOptions::HEADING;
 
 /// What `gable reconstruct` takes.
@@ -145,21 +146,22 @@ pub struct Args {
     point_cloud_date: Option<String>,
 
     /// One of several point clouds, of which each building gets the best: its name and tiles, then its date, its priority
-    /// (0 unless given) and more tiles, as in AHN4=ahn4/*.laz,date=2020-05-01,priority=2. Higher priorities and then newer
-    /// clouds go first; another is taken where the first is too thin. May be given again; TILES are one of them
+    /// (0 unless given), its building classes and more tiles, as in AHN4=ahn4/*.laz,date=2020-05-01,priority=2,class=1+6.
+    /// Higher priorities and then newer clouds go first; another is taken where the first is too thin. May be given again;
+    /// TILES are one of them
     #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
     cloud: Vec<CloudSource>,
 
     /// Number of threads [default: one per processor]
-    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true, help_heading = RUN)]
     jobs: Option<NonZeroUsize>,
 
     /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
+    #[arg(short, long, conflicts_with = "verbose", help_heading = RUN)]
     quiet: bool,
 
     /// Say what became of every building
-    #[arg(short, long)]
+    #[arg(short, long, help_heading = RUN)]
     verbose: bool,
 
     // Spelt out before this grammar reads the words; see there.

@@ -37,6 +37,7 @@ pub mod area;
 pub mod catalogue;
 pub mod describe;
 pub mod expression;
+mod files;
 mod ground;
 mod heights;
 mod json;

@@ -5,6 +5,7 @@
 //! from the building id: the same site gives the same bytes.
 
 mod as_block;
+mod attempt;
 pub mod blocks;
 pub mod complex;
 pub(crate) mod confidence;
@@ -35,6 +36,7 @@ mod stepped;
 pub mod surface;
 mod unmodelled;
 
+use attempt::{Attempt, first_measures};
 pub use detected::Detected;
 pub use evidence::label;
 pub use hypotheses::{Hypotheses, StrayWall};
@@ -226,54 +228,6 @@ pub struct Failure {
 impl Failure {
     fn new(reason: Reason, detail: impl Into<String>) -> Self {
         Self { reason, detail: detail.into(), codes: Vec::new() }
-    }
-}
-
-/// One attempt at LoD 2.2.
-struct Attempt {
-    /// What was measured on the way.
-    measures: Measures,
-    /// The outline of the roofs in local metres, for a site without a footprint.
-    outline: Option<MultiPolygon<f64>>,
-    /// The solids, or why there are none.
-    result: Result<Vec<Solid>, Failure>,
-    /// The building points on roofs, ascending.
-    roof_points: Vec<u32>,
-    /// The walls that were scanned where none is known.
-    strays: Vec<StrayWall>,
-    /// How well the solids fit; `None` where there are none.
-    fit: Option<Fit>,
-}
-
-impl Attempt {
-    /// None was made.
-    fn failed(site: &Site, failure: Failure) -> Self {
-        let measures = first_measures(site);
-        Self { measures, outline: None, result: Err(failure), roof_points: Vec::new(), strays: Vec::new(), fit: None }
-    }
-
-    /// None was made; what is seen of the roofs is enough for a block.
-    fn of_roofs(site: &Site, parameters: &Parameters, failure: Failure) -> Self {
-        let detected = match Detected::new(site, parameters) {
-            Ok(detected) => detected,
-            Err(failure) => return Self::failed(site, failure),
-        };
-        let mut seen = Solution { measures: first_measures(site), ..Solution::default() };
-        seen.measure_roofs(site, &detected.roofs);
-        seen.measures.primitives = detected.count;
-        seen.measures.point_density = density(site);
-        let Solution { measures, outline, roof_points, strays, .. } = seen;
-        Self { measures, outline, result: Err(failure), roof_points, strays, fit: None }
-    }
-}
-
-/// What is known of a building before anything is made of it.
-fn first_measures(site: &Site) -> Measures {
-    Measures {
-        ground: Some(site.ground),
-        coverage: Some(site.coverage),
-        points: site.points.len(),
-        ..Measures::default()
     }
 }
 

@@ -16,15 +16,19 @@ impl Job {
     /// # Errors
     /// Which ones.
     pub fn refuse_contradictions(&self) -> Result<(), InputError> {
-        if let BuildingClasses::Listed(classes) = &self.segmentation.building_classes {
+        let own = [("--building-class", &self.segmentation.building_classes)];
+        let of_clouds = self.clouds.iter().filter_map(|source| Some(("--cloud", source.building_classes.as_ref()?)));
+        for (option, classes) in own.into_iter().chain(of_clouds) {
+            let BuildingClasses::Listed(classes) = classes else { continue };
             if let Some(class) = classes.iter().find(|class| self.segmentation.ground_classes.contains(class)) {
                 let found = format!("class {class} as building and as ground");
-                return Err(InputError::new("--building-class and --ground-class", found, "each class in one of them")
+                let options = format!("{option} and --ground-class");
+                return Err(InputError::new(options, found, "each class in one of them")
                     .remedy("Take it out of one; `gable info` lists the classes of a tile"));
             }
             if let Some(class) = classes.iter().find(|class| NOISE.contains(class)) {
                 let found = format!("class {class}, which is noise and never used");
-                return Err(InputError::new("--building-class", found, "classes that hold buildings")
+                return Err(InputError::new(option, found, "classes that hold buildings")
                     .remedy("Leave it out; `gable info` lists the classes of a tile"));
             }
         }

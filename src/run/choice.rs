@@ -47,27 +47,23 @@ pub(super) fn choose(offers: Vec<Offer<'_>>, options: &SegmentOptions) -> (Vec<S
 fn one(row: Vec<(&Cloud, Site, Vec<String>)>, options: &SegmentOptions) -> Option<(Site, Vec<String>)> {
     let year = row.first().and_then(|(_, site, _)| year_of(site, options));
     let is_too_old = |cloud: &Cloud| year.zip(cloud.year()).is_some_and(|(built, flown)| flown < built);
-    let (old, new): (Vec<_>, Vec<_>) = row.into_iter().partition(|(cloud, ..)| is_too_old(cloud));
+    let candidate = |(cloud, site, notes)| Candidate { cloud, scanned: Scanned::of(&site), site, notes };
+    let all: Vec<Candidate<'_>> = row.into_iter().map(candidate).collect();
+    // What was there before a building is told by a cloud that it cannot be made from.
+    let change = newest_change(&all);
+    let (old, mut new): (Vec<_>, Vec<_>) = all.into_iter().partition(|candidate| is_too_old(candidate.cloud));
     if new.is_empty() {
-        let (cloud, mut site, notes) = old.into_iter().next()?;
-        let date = cloud.about.date.as_deref().unwrap_or_default();
-        let built = year.unwrap_or_default();
+        let date = old.iter().filter_map(|candidate| candidate.cloud.about.date.as_deref()).max().unwrap_or_default();
+        let outdated = format!("built in {}, and the newest point cloud is of {date}", year.unwrap_or_default());
+        let Candidate { mut site, notes, .. } = old.into_iter().next()?;
         site.points.clear();
         site.ground_points.clear();
-        site.record.cloud = Some(CloudOf {
-            cloud: PointCloud::default(),
-            choice: Choice::NoneNewEnough,
-            outdated: Some(format!("built in {built}, and the newest point cloud is of {date}")),
-        });
+        site.record.cloud =
+            Some(CloudOf { cloud: PointCloud::default(), choice: Choice::NoneNewEnough, outdated: Some(outdated) });
         return Some((site, notes));
     }
-    let mut candidates: Vec<Candidate<'_>> = new
-        .into_iter()
-        .map(|(cloud, site, notes)| Candidate { cloud, scanned: Scanned::of(&site), site, notes })
-        .collect();
-    let change = newest_change(&candidates);
-    let (chosen, choice) = chosen(&candidates, options);
-    let Candidate { cloud, mut site, notes, .. } = candidates.swap_remove(chosen);
+    let (chosen, choice) = chosen(&new, options);
+    let Candidate { cloud, mut site, notes, .. } = new.swap_remove(chosen);
     site.record.cloud = Some(CloudOf { cloud: cloud.about.clone(), choice, outdated: None });
     site.record.change = change;
     Some((site, notes))

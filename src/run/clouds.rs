@@ -6,6 +6,7 @@ use super::checks::recording_date;
 use super::job::Job;
 use crate::error::{InputError, Result};
 use crate::record::PointCloud;
+use crate::segment::{BuildingClasses, SegmentOptions};
 use crate::source::points::{self, Tile};
 
 /// What messages call a cloud.
@@ -20,9 +21,12 @@ pub struct CloudSource {
     pub tiles: Vec<String>,
     /// Clouds of higher priority are looked at first.
     pub priority: i32,
+    /// The classes of its building points, where they are not those of the job.
+    pub building_classes: Option<BuildingClasses>,
 }
 
-/// A cloud as text: `NAME=TILES`, then any of `date=2020-05-01`, `priority=2` and more tiles, parted by commas.
+/// A cloud as text: `NAME=TILES`, then any of `date=2020-05-01`, `priority=2`, `class=1+6` (or `class=any`) and more tiles,
+/// parted by commas.
 ///
 /// # Errors
 /// What was expected.
@@ -39,6 +43,7 @@ pub fn cloud(text: &str) -> Result<CloudSource, String> {
         cloud: PointCloud { source: Some(name.to_owned()), date: None },
         tiles: vec![first.to_owned()],
         priority: 0,
+        building_classes: None,
     };
     for part in parts {
         match part.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
@@ -47,6 +52,7 @@ pub fn cloud(text: &str) -> Result<CloudSource, String> {
                 source.priority =
                     number.parse().map_err(|_| format!("priority={number}: a whole number is expected"))?;
             }
+            Some(("class", classes)) => source.building_classes = Some(classes.replace('+', ",").parse()?),
             _ if part.is_empty() => return Err(EXPECTED.to_owned()),
             _ => source.tiles.push(part.to_owned()),
         }
@@ -60,6 +66,7 @@ pub(super) struct Cloud {
     /// Its name and date.
     pub(super) about: PointCloud,
     priority: i32,
+    building_classes: Option<BuildingClasses>,
     /// The files of its tiles.
     pub(super) paths: Vec<PathBuf>,
 }
@@ -75,7 +82,7 @@ pub(super) fn of_job(job: &Job) -> Result<Vec<Cloud>> {
     if !job.tiles.is_empty() || fed.is_some() || job.clouds.is_empty() {
         let mut paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
         paths.extend(fed);
-        clouds.push(Cloud { about: job.point_cloud.clone(), priority: 0, paths });
+        clouds.push(Cloud { about: job.point_cloud.clone(), priority: 0, building_classes: None, paths });
     }
     for source in &job.clouds {
         let name = source.cloud.source.as_deref().unwrap_or_default();
@@ -89,7 +96,8 @@ pub(super) fn of_job(job: &Job) -> Result<Vec<Cloud>> {
             let fault = InputError::new(twice, "a tile of two clouds", "a tile in one cloud");
             return Err(fault.at(format!("{OPTION} {name}")).into());
         }
-        clouds.push(Cloud { about: source.cloud.clone(), priority: source.priority, paths });
+        let building_classes = source.building_classes.clone();
+        clouds.push(Cloud { about: source.cloud.clone(), priority: source.priority, building_classes, paths });
     }
     // Dates are written so that they sort as text; a year goes before its months.
     clouds.sort_by(|a, b| b.priority.cmp(&a.priority).then_with(|| b.about.date.cmp(&a.about.date)));
@@ -107,6 +115,12 @@ impl Cloud {
         tiles.iter().filter(|tile| self.paths.contains(&tile.path)).cloned().collect()
     }
 
+    /// Which of its points belong to a building, where `options` say so of others.
+    pub(super) fn options(&self, options: &SegmentOptions) -> SegmentOptions {
+        let building_classes = self.building_classes.clone().unwrap_or_else(|| options.building_classes.clone());
+        SegmentOptions { building_classes, ..options.clone() }
+    }
+
     /// The year in which it was recorded, if that is known.
     pub(super) fn year(&self) -> Option<i64> {
         self.about.date.as_deref()?.get(..4)?.parse().ok()
@@ -117,7 +131,7 @@ impl Cloud {
 #[cfg(test)]
 pub(super) fn named(name: &str, date: Option<&str>) -> Cloud {
     let about = PointCloud { source: Some(name.to_owned()), date: date.map(str::to_owned) };
-    Cloud { about, priority: 0, paths: Vec::new() }
+    Cloud { about, priority: 0, building_classes: None, paths: Vec::new() }
 }
 
 #[cfg(test)]
@@ -129,8 +143,14 @@ mod tests {
         let found = cloud("AHN4 = ahn4/*.laz, date=2020-05 ,more/,priority=-2").unwrap();
         assert_eq!(found.cloud, PointCloud { source: Some("AHN4".to_owned()), date: Some("2020-05".to_owned()) });
         assert_eq!((found.tiles, found.priority), (vec!["ahn4/*.laz".to_owned(), "more/".to_owned()], -2));
+        assert_eq!(found.building_classes, None);
+        let classes = |text: &str| cloud(text).unwrap().building_classes.unwrap();
+        assert_eq!(classes("a=b,class=1+6"), BuildingClasses::Listed(vec![1, 6]));
+        assert!(classes("a=b,class=any").is_any());
         assert_eq!(cloud("a=b=c.laz").unwrap().tiles, ["b=c.laz"]);
-        for bad in ["", "tiles/", "=a.laz", "a=", "date=2020", "a=b,date=20", "a=b,priority=x", "a=b,,c"] {
+        for bad in
+            ["", "tiles/", "=a.laz", "a=", "date=2020", "a=b,date=20", "a=b,priority=x", "a=b,class=six", "a=b,,c"]
+        {
             assert!(cloud(bad).is_err(), "{bad}");
         }
     }

@@ -232,8 +232,9 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
                 (true, false) => segment_object,
                 (true, true) => segment_named,
             };
-            let of_tiles =
-                |tiles: &[Tile], footprints| segment(tiles, footprints, &plan.crs, &plan.segmentation, &progress);
+            let of_tiles = |tiles: &[Tile], footprints, options: &SegmentOptions| {
+                segment(tiles, footprints, &plan.crs, options, &progress)
+            };
             pool.install(|| surveyed::segment(&plan.clouds, &plan.tiles, footprints, &plan.segmentation, of_tiles))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;

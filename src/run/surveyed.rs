@@ -7,7 +7,7 @@ use crate::segment::{SegmentOptions, Segmentation};
 use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
 
-/// Gives `footprints` their points from the tiles of `clouds`; `of_tiles` does so from some tiles. A cloud that is of no use is
+/// Gives `footprints` their points from the tiles of `clouds`; `of_tiles` does so from some tiles, with these options. A cloud that is of no use is
 /// told and left out.
 ///
 /// # Errors
@@ -17,16 +17,16 @@ pub(super) fn segment(
     tiles: &[Tile],
     footprints: Vec<Footprint>,
     options: &SegmentOptions,
-    of_tiles: impl Fn(&[Tile], Vec<Footprint>) -> Result<Segmentation>,
+    of_tiles: impl Fn(&[Tile], Vec<Footprint>, &SegmentOptions) -> Result<Segmentation>,
 ) -> Result<Segmentation> {
-    if clouds.len() == 1 && options.year_attribute.is_none() {
-        return of_tiles(tiles, footprints);
+    if let ([only], None) = (clouds, &options.year_attribute) {
+        return of_tiles(tiles, footprints, &only.options(options));
     }
     let mut whole = Segmentation::default();
     let mut offers = Vec::with_capacity(clouds.len());
     let mut first_fault = None;
     for cloud in clouds {
-        let found = match of_tiles(&cloud.tiles(tiles), footprints.clone()) {
+        let found = match of_tiles(&cloud.tiles(tiles), footprints.clone(), &cloud.options(options)) {
             Ok(found) => found,
             Err(fault @ Error::Input(_)) => {
                 whole.warnings.push(format!("{}: {fault}; this point cloud is left out", cloud.name()));

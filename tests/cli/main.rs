@@ -21,6 +21,7 @@ mod damaged_times;
 mod errors;
 mod evaluate;
 mod field;
+mod folders;
 mod info;
 mod jagged;
 mod many_files;

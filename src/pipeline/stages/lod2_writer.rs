@@ -1,12 +1,14 @@
 //! `writers.lod2`: reconstructs the buildings in the points and writes a city model; or converts one that was read.
 
 mod job;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
+use self::words::in_words_of;
 use crate::convert::{Conversion, convert};
 use crate::error::{Error, InputError, Result};
 use crate::network::FieldOptions;
@@ -224,7 +226,7 @@ impl Lod2Writer {
         };
         context.observer.ready(&conversion.output);
         let converted = convert(&conversion, &mut |_| {});
-        let converted = converted.map_err(|error| self.in_the_words_of_a_pipeline(error))?;
+        let converted = converted.map_err(|error| in_words_of(&self.values, error))?;
         for warning in &converted.warnings {
             context.warn(warning);
         }
@@ -248,22 +250,7 @@ impl Lod2Writer {
             return Ok(());
         }
         let model = self.job.base(&names)?;
-        run::output::refuse_existing(&model).map_err(|error| self.in_the_words_of_a_pipeline(error))
-    }
-
-    /// An error that speaks of options of the command line, in the words of a pipeline.
-    fn in_the_words_of_a_pipeline(&self, error: Error) -> Error {
-        match error {
-            Error::Input(mut fault) => {
-                fault.remedy = fault.remedy.replace("--overwrite", "the stage \"overwrite\": true");
-                fault.remedy = fault.remedy.replace("--resume", "the stage \"resume\": true");
-                if fault.place.is_empty() {
-                    fault.place.clone_from(&self.values.place().stage);
-                }
-                fault.into()
-            }
-            other => other,
-        }
+        run::output::refuse_existing(&model).map_err(|error| in_words_of(&self.values, error))
     }
 
     /// Opens the feed before the first point: an output that cannot be written must not cost an hour of reading.
@@ -381,7 +368,7 @@ impl Writer for Lod2Writer {
         let output = job.output.clone();
         context.observer.ready(&output);
         let report = run::run(&job, context.observer.reconstruction());
-        let report = report.map_err(|error| self.in_the_words_of_a_pipeline(error))?;
+        let report = report.map_err(|error| in_words_of(&self.values, error))?;
         // The report comes last; a stream has no file to be named after.
         let written: Vec<PathBuf> = match report.outputs.split_last() {
             Some((_, models)) if !sink::is_stream(&output) => models.iter().map(PathBuf::from).collect(),

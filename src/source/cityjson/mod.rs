@@ -306,8 +306,7 @@ impl Features {
     /// Takes the root object.
     fn open(&mut self, root: Document) -> Result<()> {
         if root.kind != "CityJSON" {
-            let told = other::of_type(&root.kind).map_or_else(|| format!("the type {:?}", root.kind), str::to_owned);
-            return Err(self.refusal("line 1", told, EXPECTED));
+            return Err(self.refusal("line 1", other::of_type(&root.kind), EXPECTED));
         }
         let version = root.version.clone().unwrap_or_default();
         if !["1.0", "1.1", "2.0"].iter().any(|known| version.starts_with(known)) {

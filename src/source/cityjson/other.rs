@@ -34,13 +34,13 @@ pub(super) fn kind(start: &[u8]) -> &'static str {
     }
 }
 
-/// What a JSON object of another `type` is, where that is known.
-pub(super) fn of_type(kind: &str) -> Option<&'static str> {
+/// What a JSON object of another `type` is.
+pub(super) fn of_type(kind: &str) -> String {
     match kind {
-        "FeatureCollection" | "Feature" => Some("GeoJSON"),
-        "CityJSONFeature" => Some("a sequence of CityJSONFeatures without its head"),
-        "" => Some("a JSON object without a type"),
-        _ => None,
+        "" => "a JSON object without a type".to_owned(),
+        "FeatureCollection" | "Feature" => format!("the type {kind:?}, which is GeoJSON"),
+        "CityJSONFeature" => format!("the type {kind:?}: a sequence without its head"),
+        _ => format!("the type {kind:?}"),
     }
 }
 
