@@ -62,6 +62,8 @@ typedef enum gable_stage {
   GABLE_STAGE_FINISH = 3,
   // Makes the terrain, if the job asks for it; counted in tiles.
   GABLE_STAGE_TERRAIN = 4,
+  // Writes the points of each building to a file of its own, before the output is completed; counted in points.
+  GABLE_STAGE_CROP = 5,
 } gable_stage;
 
 // A job: options, points, and what came of them. Only pointers to it are used; gable_create makes one and gable_free

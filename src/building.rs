@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::completeness::Extents;
+use crate::record::Record;
 use crate::site::{Coverage, Frame, Ground};
 use crate::solid::Model;
 
@@ -22,6 +23,8 @@ pub struct Building {
     pub outcome: Outcome,
     /// What was measured.
     pub measures: Measures,
+    /// What is known of it otherwise than by its points.
+    pub record: Record,
     /// What the reader of the result should know: repairs of the footprint, a made-up id, an incomplete tile.
     pub notes: Vec<String>,
 }
@@ -153,6 +156,14 @@ pub enum Reason {
     WorseThanBlock,
     /// The roof would have been lower above the ground than a building is.
     TooLow,
+    /// The user asked for a block: by an attribute of the footprint, or because it is large.
+    AsAsked,
+    /// Fewer building points per square metre than were asked for.
+    LowDensity,
+    /// More of the footprint was not scanned than was asked for.
+    MissingData,
+    /// All point clouds are older than the building.
+    Outdated,
     /// The method failed in a way that is a fault of the program; the detail says where.
     Internal,
 }
@@ -189,11 +200,14 @@ pub struct Measures {
     pub roof_type: Option<RoofType>,
     /// Number of distinct roof planes of the LoD 2.2 model.
     pub roof_planes: Option<usize>,
-    /// Heights of the roof: lowest, median and 70th percentile of the building points on roofs, and the highest, of the
+    /// Heights of the roof: lowest, median, 70th and 98th percentile of the building points on roofs, and the highest, of the
     /// LoD 2.2 model where there is one. What is too small to stand, or hovers, and is not modelled does not count.
     pub roof_heights: Option<RoofHeights>,
     /// Height of the highest edge between two roof planes.
     pub ridge_height: Option<f64>,
+    /// The ridges of the LoD 2.2 model.
+    #[serde(default)]
+    pub ridges: Option<Ridges>,
     /// Root mean square of the distances of the building points to the nearest face of the LoD 1.2 model, metres.
     pub rmse_lod12: Option<f64>,
     /// Root mean square of the distances of the building points to the nearest face of the LoD 1.3 model, metres.
@@ -234,6 +248,15 @@ pub struct Revision {
     pub after: f64,
 }
 
+/// Level lines from which two roof planes fall.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ridges {
+    /// How many; all pieces between the same two planes are one.
+    pub count: usize,
+    /// Their length together, metres.
+    pub length: f64,
+}
+
 /// Percentiles of the roof height, metres in the local frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RoofHeights {
@@ -243,6 +266,8 @@ pub struct RoofHeights {
     pub p50: f64,
     /// 70th percentile: the height of the LoD 1.2 block.
     pub p70: f64,
+    /// 98th percentile: the top without what stands out of it.
+    pub p98: f64,
     /// Highest.
     pub max: f64,
 }

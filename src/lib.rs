@@ -49,6 +49,7 @@ mod guard;
 pub mod network;
 pub mod pipeline;
 pub mod reconstruct;
+pub mod record;
 pub mod report;
 pub mod run;
 pub mod segment;

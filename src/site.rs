@@ -6,6 +6,8 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::record::Record;
+
 /// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
 pub const QUANTUM: f64 = 1e-4;
 
@@ -128,6 +130,8 @@ pub struct Site {
     pub eaves: Option<Eaves>,
     /// The footprint's attributes, passed through to the model.
     pub attributes: Map<String, Value>,
+    /// What is known of it otherwise.
+    pub record: Record,
 }
 
 /// The roof of a building beyond its footprint.
@@ -159,6 +163,7 @@ impl Site {
             covered: None,
             eaves: None,
             attributes: Map::new(),
+            record: Record::default(),
         }
     }
 

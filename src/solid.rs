@@ -158,6 +158,21 @@ pub struct Model {
     pub ground: i64,
     /// The parts, which touch but do not overlap.
     pub parts: Vec<Part>,
+    /// LoD 0.1: what the roofs cover, all at one height. Empty unless asked for.
+    #[serde(default)]
+    pub roof_outlines: Vec<RoofPolygon>,
+    /// LoD 0.3: what each of the roofs of LoD 1.3 covers, at its height. Empty unless asked for.
+    #[serde(default)]
+    pub roof_parts: Vec<RoofPolygon>,
+}
+
+/// A level polygon at the height of a roof.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RoofPolygon {
+    /// Its rings.
+    pub polygon: FootprintPolygon,
+    /// Its height in grid steps.
+    pub height: i64,
 }
 
 /// A polygon of the LoD 0 footprint: rings of grid steps, exterior first and counter-clockwise, holes clockwise,
@@ -165,6 +180,31 @@ pub struct Model {
 pub type FootprintPolygon = Vec<Vec<[i64; 2]>>;
 
 impl Model {
+    /// The same on a grid whose steps are that many times finer.
+    pub fn refine(&mut self, times: i64) {
+        if times == 1 {
+            return;
+        }
+        self.ground *= times;
+        for place in self.footprint.iter_mut().flatten().flatten() {
+            *place = place.map(|steps| steps * times);
+        }
+        for roof in self.roof_outlines.iter_mut().chain(&mut self.roof_parts) {
+            roof.height *= times;
+            for place in roof.polygon.iter_mut().flatten() {
+                *place = place.map(|steps| steps * times);
+            }
+        }
+        for part in &mut self.parts {
+            for solid in [&mut part.lod12, &mut part.lod13, &mut part.lod22].into_iter().flatten() {
+                solid.step = solid.step.map(|step| step / times as f64);
+                for vertex in &mut solid.vertices {
+                    *vertex = vertex.map(|steps| steps * times);
+                }
+            }
+        }
+    }
+
     /// The LoD 2.2 solids.
     pub fn lod22(&self) -> impl Iterator<Item = &Solid> {
         self.parts.iter().filter_map(|p| p.lod22.as_ref())

@@ -14,7 +14,8 @@ use crate::errors::exception;
 use crate::points::Feed;
 use crate::supervise::{Teller, supervised};
 
-/// Reconstructs. The model stands where the options say, and where that is no CityJSON (or nowhere) also in `scratch`.
+/// Reconstructs. The model stands where the options say, and where that is no CityJSON, several files or nowhere, also in
+/// `scratch`.
 /// Gives the file that is CityJSON, the report as JSON, and its summary for a person.
 #[pyfunction]
 pub fn reconstruct(
@@ -44,7 +45,8 @@ fn run(job: &Job, scratch: &Path, teller: &Teller<'_>) -> Result<(PathBuf, Repor
     let has_output = !job.output.as_os_str().is_empty();
     // A name without an extension is that of a folder, which gets CityJSON.
     let format = Format::of(&job.output).unwrap_or(Format::CityJson);
-    if has_output && matches!(format, Format::CityJson | Format::CityJsonSeq) {
+    let is_one_file = !job.crop_only && !job.goes_to_many_files()?;
+    if has_output && is_one_file && matches!(format, Format::CityJson | Format::CityJsonSeq) {
         let report = run::run(job, teller)?;
         return Ok((report.outputs.first().map(PathBuf::from).unwrap_or_default(), report));
     }

@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use super::feature::{Primitive, is_building, label};
 use super::grid::Grid;
 use super::report::Finding;
+use crate::sink::own;
 use crate::solid::{Face, Solid, SurfaceType};
 use crate::source::cityjson::CityObject;
 use crate::validate::semantics::Label;
@@ -17,13 +18,14 @@ const ABOVE_EVIDENCE: f64 = 0.5;
 /// How far slopes and azimuths may be off, degrees.
 const ANGLE: f64 = 0.5;
 
-/// The faults of the attributes of a building of gable's making; those of others are not looked at, whatever their names.
-pub(super) fn check(primitives: &[Primitive], group: &[&CityObject], grid: &Grid) -> Vec<Finding> {
+/// The faults of the attributes of a building of gable's making, whose names begin with `prefix`; those of others are not
+/// looked at, whatever their names.
+pub(super) fn check(primitives: &[Primitive], group: &[&CityObject], grid: &Grid, prefix: &str) -> Vec<Finding> {
     let is_ours =
-        |object: &&&CityObject| is_building(object) && object.attributes.keys().any(|k| k.starts_with("gable_"));
+        |object: &&&CityObject| is_building(object) && object.attributes.keys().any(|k| k.starts_with(prefix));
     let mut found = Vec::new();
     let Some(building) = group.iter().find(is_ours) else { return found };
-    let number = |name: &str| building.attributes.get(name).and_then(Value::as_f64);
+    let number = |name: &str| own(&building.attributes, prefix, name).and_then(Value::as_f64);
     let coid = format!("coid={}", building.id);
     let of_lod = |lod: &str| -> Vec<&Primitive> { primitives.iter().filter(|p| p.geometry.lod == lod).collect() };
     for lod in ["1.2", "1.3", "2.2", "2.3"] {
@@ -31,26 +33,30 @@ pub(super) fn check(primitives: &[Primitive], group: &[&CityObject], grid: &Grid
         if solids.is_empty() {
             continue;
         }
-        let name = format!("gable_volume_lod{}", lod.replace('.', ""));
+        let name = format!("volume_lod{}", lod.replace('.', ""));
         let volume: f64 = shells(&solids).map(|(_, shell)| shell.volume()).sum();
         if let Some(said) = number(&name).filter(|said| (said - volume).abs() > ROUNDING + 1e-6 * volume.abs()) {
-            found.push(Finding::new(807, &coid, format!("{name} is {said} m³; the solids have {volume:.3} m³")));
+            found.push(Finding::new(
+                807,
+                &coid,
+                format!("{prefix}{name} is {said} m³; the solids have {volume:.3} m³"),
+            ));
         }
         let mut height = |name: &str, at: Option<f64>| {
             let (Some(said), Some(at)) = (number(name), at) else { return };
             if (said - at).abs() > ROUNDING {
-                found.push(Finding::new(806, &coid, format!("{name} is {said}; at LoD {lod} it is {at:.4}")));
+                found.push(Finding::new(806, &coid, format!("{prefix}{name} is {said}; at LoD {lod} it is {at:.4}")));
             }
         };
         let all = || shells(&solids).flat_map(|(_, shell)| &shell.vertices).map(|v| v[2]);
-        height("gable_height_ground", all().min().map(|z| grid.height(z)));
+        height("height_ground", all().min().map(|z| grid.height(z)));
         if lod == "2.2" {
-            height("gable_height_ridge", ridge(&solids).map(|z| grid.height(z)));
+            height("height_ridge", ridge(&solids).map(|z| grid.height(z)));
             let top = all().max().map(|z| grid.height(z));
             let metres_per_unit = grid.metres_per_unit();
             let above = |said: f64| Some((top? - said) * metres_per_unit).filter(|above| *above > ABOVE_EVIDENCE);
-            if let Some(above) = number("gable_height_roof_max").and_then(above) {
-                let message = format!("the model rises {above:.3} m above gable_height_roof_max");
+            if let Some(above) = number("height_roof_max").and_then(above) {
+                let message = format!("the model rises {above:.3} m above {prefix}height_roof_max");
                 found.push(Finding::new(806, &coid, message));
             }
         }

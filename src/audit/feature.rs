@@ -25,13 +25,14 @@ pub(super) struct Primitive<'a> {
     pub has_inside: bool,
 }
 
-/// Checks a top-level object with its children.
+/// Checks a top-level object with its children; the names of gable's own attributes begin with `prefix`.
 pub(super) fn check(
     model: &CityModel,
     grid: &Grid,
     templates: &Templates,
     group: &[&CityObject],
     options: &Options,
+    prefix: &str,
 ) -> Feature {
     let indices = group.iter().flat_map(|object| &object.geometries).flat_map(|geometry| &geometry.shells);
     let first = indices.flat_map(|shell| &shell.faces).flat_map(|face| &face.rings).flatten().next();
@@ -62,7 +63,7 @@ pub(super) fn check(
         }
     }
     errors.extend(overlaps(&primitives, &grid, options));
-    semantic_errors.extend(attributes::check(&primitives, group, &grid));
+    semantic_errors.extend(attributes::check(&primitives, group, &grid, prefix));
     let top = group.first();
     Feature {
         id: top.map_or_else(String::new, |object| object.id.clone()),

@@ -31,6 +31,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::error::{Error, InputError, Result};
+use crate::sink::prefix_in;
 use crate::source::cityjson::{self, CityModel};
 use crate::source::crs::Crs;
 use crate::validate::Tolerances;
@@ -115,7 +116,7 @@ pub fn audit(path: &Path, options: &Options, progress: &mut dyn FnMut(usize, u64
         }
         let grids: Vec<Grid> = batch.iter().map(|model| Grid::of(model, metres_per_unit)).collect();
         report.grid_step = report.grid_step.or_else(|| grids.first().map(|grid| grid.step));
-        report.features.extend(check(&batch, &grids, &templates, options));
+        report.features.extend(check(&batch, &grids, &templates, options, prefix_in(&head)));
         progress(report.features.len(), read - told);
         told = read;
     }
@@ -136,7 +137,7 @@ pub fn refusal(path: &Path, options: &Options, reason: &Error) -> Report {
 }
 
 /// The features of some models, in their order.
-fn check(models: &[CityModel], grids: &[Grid], templates: &Templates, options: &Options) -> Vec<Feature> {
+fn check(models: &[CityModel], grids: &[Grid], templates: &Templates, options: &Options, prefix: &str) -> Vec<Feature> {
     let groups: Vec<_> = models
         .iter()
         .zip(grids)
@@ -145,5 +146,8 @@ fn check(models: &[CityModel], grids: &[Grid], templates: &Templates, options: &
             (model, grid, group.into_iter().filter_map(|i| model.objects.get(i)).collect::<Vec<_>>())
         })
         .collect();
-    groups.into_par_iter().map(|(model, grid, group)| feature::check(model, grid, templates, &group, options)).collect()
+    groups
+        .into_par_iter()
+        .map(|(model, grid, group)| feature::check(model, grid, templates, &group, options, prefix))
+        .collect()
 }

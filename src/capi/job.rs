@@ -186,7 +186,7 @@ impl State {
         job.crs.clone_from(&self.crs);
         self.has_run = true;
         let feed = self.feed.take().filter(|feed| feed.points() > 0 || self.may_be_empty);
-        if feed.is_none() && job.tiles.is_empty() {
+        if feed.is_none() && job.tiles.is_empty() && job.clouds.is_empty() {
             let fault = InputError::new("the job", "no points", "points that were pushed, or the option \"tiles\"");
             return Err(fault.into());
         }

@@ -29,6 +29,8 @@ pub enum GableStage {
     Finish = 3,
     /// Makes the terrain, if the job asks for it; counted in tiles.
     Terrain = 4,
+    /// Writes the points of each building to a file of its own, before the output is completed; counted in points.
+    Crop = 5,
 }
 
 impl From<Stage> for GableStage {
@@ -37,6 +39,7 @@ impl From<Stage> for GableStage {
             Stage::Read => Self::Read,
             Stage::Segment => Self::Segment,
             Stage::Reconstruct => Self::Reconstruct,
+            Stage::Crop => Self::Crop,
             Stage::Finish => Self::Finish,
             Stage::Terrain => Self::Terrain,
         }

@@ -90,10 +90,10 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
         if name == "tiles" {
             tiles = options::texts(&name, &value).map_err(fault)?;
         } else if !is_given(&given, &name) {
-            let word = options::word(&options::CONFIGURATION, &whole, &name, &value).map_err(fault)?;
+            let given = options::word(&options::CONFIGURATION, &whole, &name, &value).map_err(fault)?;
             let is_there = grammar.get_arguments().any(|argument| argument.get_long() == Some(name.as_str()));
             let is_meant = command_name == COMMANDS[0] || is_there && !OF_MODEL.contains(&name.as_str());
-            others.extend(word.filter(|_| is_meant).map(OsString::from));
+            others.extend(given.into_iter().filter(|_| is_meant).map(OsString::from));
         }
     }
     if is_given(&given, "tiles") {

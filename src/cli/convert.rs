@@ -6,7 +6,9 @@ use super::Outcome;
 use super::output::{counted, print, say};
 use super::reading::{ReadingProgress, file_size};
 use crate::convert::{Conversion, Pass, convert};
+use crate::error::InputError;
 use crate::sink::is_stream;
+use crate::source::cityjson;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -50,7 +52,8 @@ Exit codes:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files, folders of .city.json and .city.jsonl, or glob patterns; `-` for standard
+    /// input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -62,8 +65,9 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(after_help = MERGE_EXAMPLES)]
 pub struct MergeArgs {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
-    #[arg(required = true, num_args = 2.., value_name = "FILE")]
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files, folders of .city.json and .city.jsonl, or glob patterns; `-` for standard
+    /// input
+    #[arg(required = true, num_args = 1.., value_name = "FILE")]
     files: Vec<PathBuf>,
 
     #[command(flatten)]
@@ -95,7 +99,7 @@ struct Target {
 /// # Errors
 /// See [`convert`].
 pub fn main(args: Args) -> Outcome {
-    run("convert", args.files, args.target)
+    run("convert", cityjson::expand(&args.files)?, args.target)
 }
 
 /// Joins files.
@@ -103,7 +107,12 @@ pub fn main(args: Args) -> Outcome {
 /// # Errors
 /// See [`convert`].
 pub fn merge(args: MergeArgs) -> Outcome {
-    run("merge", args.files, args.target)
+    let files = cityjson::expand(&args.files)?;
+    if let [one] = &files[..] {
+        let fault = InputError::new(one, "one city model", "two or more");
+        return Err(fault.remedy("`gable convert` writes one in another format").into());
+    }
+    run("merge", files, args.target)
 }
 
 fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {

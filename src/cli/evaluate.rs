@@ -15,7 +15,7 @@ use crate::evaluate::{
     Overall, OverallReference, PointMeter, TileFilter, Typical, read_shapes, stream_points,
 };
 use crate::sink::write_json;
-use crate::source::points;
+use crate::source::{cityjson, points};
 
 /// How many buildings the table names; the JSON file has all.
 const NAMED: usize = 10;
@@ -37,7 +37,8 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, `-` for standard input; with --field any number of them
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, `-` for standard input; with --field any number of them, folders of
+    /// .city.json and .city.jsonl, and glob patterns
     #[arg(value_name = "MODEL", required_unless_present_any = ["fields", "generate"])]
     models: Vec<PathBuf>,
 
@@ -101,8 +102,9 @@ pub fn main(args: &Args) -> Outcome {
         }
         return trial::main(&args.models, &args.trial, args.json.as_deref());
     }
-    let [path] = args.models.as_slice() else {
-        let found = format!("{} models", args.models.len());
+    let models = cityjson::expand(&args.models)?;
+    let [path] = models.as_slice() else {
+        let found = format!("{} models", models.len());
         return Err(InputError::new("MODEL", found, "one; several only with --field").into());
     };
     let evaluation = evaluation(path, args, &mut |heard| {

@@ -1,81 +1,73 @@
 //! What buildings are made of, and how: the options that `gable reconstruct` and `gable explain` share.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use super::config::ConfigArgs;
 use super::field::FieldArgs;
 use super::flags::Flags;
+use super::outlines::OutlineArgs;
 use crate::error::{InputError, Result};
+use crate::pipeline::options::Tunable;
 use crate::reconstruct::Parameters;
-use crate::run::{FootprintSource, Job, MOST_THREADS};
+use crate::run::{CloudSource, Job, MOST_THREADS, cloud};
 use crate::segment::{BuildingClasses, SegmentOptions};
-use crate::source::crs::Crs;
-use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
+
+/// The headings of the options that stand here; those of the other files have theirs there.
+pub(super) const POINTS: &str = "Points";
+pub(super) const RUN: &str = "Run";
+const POINTS_OF_BUILDINGS: &str = SegmentOptions::HEADING;
 
 /// What buildings are made of, and how.
 #[derive(Debug, clap::Args)]
 pub struct MakingArgs {
     /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns
-    #[arg(required = true, value_name = "TILES")]
+    #[arg(required_unless_present = "cloud", value_name = "TILES")]
     tiles: Vec<String>,
 
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
-    /// ("PG:host=… dbname=…")
-    #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
-    footprints: Option<PathBuf>,
-
-    /// Outlines of the roofs, where the footprints are those of the walls: roofs hang over as far as these reach, at LoD 2.3
-    #[arg(long, value_name = "FILE", conflicts_with = "no_footprint")]
-    pub(super) roofprint: Option<PathBuf>,
-
-    /// Take what stands apart in the building points for an object each
-    #[arg(long)]
-    no_footprint: bool,
+    #[command(flatten)]
+    outlines: OutlineArgs,
 
     /// CRS of the tiles, such as EPSG:7415; goes before what they say
-    #[arg(long, value_name = "CRS")]
+    #[arg(long, value_name = "CRS", help_heading = POINTS)]
     crs: Option<String>,
 
     /// Unit of the coordinates of points without a CRS, with --no-footprint [default: m]
-    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"])]
+    #[arg(long, value_name = "UNIT", conflicts_with_all = ["crs", "footprints"], help_heading = POINTS)]
     unit: Option<Unit>,
 
     /// Axis that points up in points without a CRS, with --no-footprint [default: z]
-    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"])]
+    #[arg(long, value_name = "AXIS", conflicts_with_all = ["crs", "footprints"], help_heading = POINTS)]
     up_axis: Option<UpAxis>,
 
-    /// CRS of the footprints; goes before what the file says
-    #[arg(long, value_name = "CRS", conflicts_with = "no_footprint")]
-    footprint_crs: Option<String>,
-
-    /// Layer or table of the footprints, if there are several
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    layer: Option<String>,
-
-    /// SELECT that gives the footprints of a database, instead of a layer
-    #[arg(long, value_name = "SQL", conflicts_with_all = ["no_footprint", "layer"])]
-    query: Option<String>,
-
-    /// Only footprints whose attributes satisfy this, such as "status = 'in use' AND height > 3"
-    #[arg(long, value_name = "EXPRESSION", conflicts_with = "no_footprint")]
-    filter: Option<String>,
-
-    /// Attribute that holds the ids of the buildings [default: guessed]
-    #[arg(long, value_name = "NAME", conflicts_with = "no_footprint")]
-    id_attribute: Option<String>,
-
     /// Classes of building points, such as 1,6; "any" for clouds that are not classified
-    #[arg(long, value_name = "CLASSES", default_value_t = SegmentOptions::default().building_classes)]
+    #[arg(
+        long,
+        value_name = "CLASSES",
+        default_value_t = SegmentOptions::default().building_classes,
+        help_heading = POINTS_OF_BUILDINGS
+    )]
     building_class: BuildingClasses,
 
     /// Classes of ground points
-    #[arg(long, value_name = "CLASSES", value_delimiter = ',', default_values_t = SegmentOptions::default().ground_classes)]
+    #[arg(
+        long,
+        value_name = "CLASSES",
+        value_delimiter = ',',
+        default_values_t = SegmentOptions::default().ground_classes,
+        help_heading = POINTS_OF_BUILDINGS
+    )]
     ground_class: Vec<u8>,
 
+    /// One of several point clouds, of which each building gets the best: its name and tiles, then its date, its priority
+    /// (0 unless given), its building classes and more tiles, as in AHN4=ahn4/*.laz,date=2020-05-01,priority=2,class=1+6.
+    /// Higher priorities and then newer clouds go first; another is taken where the first is too thin. May be given again;
+    /// TILES are one of them
+    #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
+    cloud: Vec<CloudSource>,
+
     /// Number of threads [default: one per processor]
-    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true, help_heading = RUN)]
     jobs: Option<NonZeroUsize>,
 
     // Spelt out before this grammar reads the words; see there.
@@ -93,24 +85,23 @@ pub struct MakingArgs {
 }
 
 impl MakingArgs {
+    /// Whether outlines of roofs are given.
+    pub(super) fn has_roofprints(&self) -> bool {
+        self.outlines.has_roofprints()
+    }
+
     /// A job that writes nothing as yet.
     ///
     /// # Errors
     /// A CRS that is none, or no footprints.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
-        if self.footprints.is_none() && !self.no_footprint {
-            let fault = InputError::new("--footprints", "none", "the file of the outlines of the buildings");
-            return Err(fault.remedy("Without outlines --no-footprint takes what stands apart for a building each"));
-        }
-        let named = |fault: InputError| InputError { file: "--footprint-crs".into(), ..fault };
-        let crs = self.footprint_crs.as_deref().map(Crs::parse).transpose().map_err(named)?;
-        let (layer, query) = (self.layer, self.query);
-        let (filter, id_attribute) = (self.filter, self.id_attribute);
-        let options = FootprintOptions { layer, query, filter, id_attribute, crs, within: None };
+        let (footprints, limit, roofprints) = self.outlines.source()?;
         Ok(Job {
             tiles: self.tiles,
-            footprints: self.footprints.map(|path| FootprintSource { path, options }),
-            roofprints: self.roofprint,
+            clouds: self.cloud,
+            footprints,
+            limit,
+            roofprints,
             crs: self.crs,
             placement: Placement::given(self.unit, self.up_axis),
             threads: self.jobs,

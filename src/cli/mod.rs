@@ -6,6 +6,7 @@
 //! | 1 | nothing could be done, or bad usage |
 //! | 2 | finished, but some buildings lack a model or some tiles could not be read |
 
+mod attributes;
 mod config;
 mod convert;
 mod evaluate;
@@ -17,6 +18,7 @@ mod info;
 mod interrupt;
 mod making;
 pub mod options;
+mod outlines;
 mod output;
 #[cfg(feature = "pipelines")]
 mod pipeline;

@@ -140,13 +140,9 @@ fn parse<A: Args + FromArgMatches>(
     args.map_err(|fault| explain(grammar, &fault))
 }
 
-/// An option as the command line has it; `None` for one that is left at its default.
-pub(super) fn word(
-    grammar: &Grammar,
-    command: &Command,
-    name: &str,
-    value: &Value,
-) -> Result<Option<String>, InputError> {
+/// An option as the command line has it: one word, or none for one that is left at its default, or one for each value of
+/// an option that may be given again.
+pub(super) fn word(grammar: &Grammar, command: &Command, name: &str, value: &Value) -> Result<Vec<String>, InputError> {
     let fault = |found: String, expected: &str| InputError::new(NAME, found, expected).at(format!("\"{name}\""));
     let known = || {
         let options = command.get_arguments().filter_map(clap::Arg::get_long);
@@ -170,15 +166,20 @@ pub(super) fn word(
     };
     if matches!(argument.get_action(), ArgAction::SetTrue) {
         return match value {
-            Value::Bool(true) => Ok(Some(format!("--{name}"))),
-            Value::Bool(false) | Value::Null => Ok(None),
+            Value::Bool(true) => Ok(vec![format!("--{name}")]),
+            Value::Bool(false) | Value::Null => Ok(Vec::new()),
             other => Err(fault(redacted(&other.to_string()), "true or false")),
         };
     }
     if value.is_null() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
-    Ok(Some(format!("--{name}={}", texts(name, value)?.join(","))))
+    let texts = texts(name, value)?;
+    let may_be_given_again = matches!(argument.get_action(), ArgAction::Append);
+    if may_be_given_again && argument.get_value_delimiter().is_none() {
+        return Ok(texts.into_iter().map(|text| format!("--{name}={text}")).collect());
+    }
+    Ok(vec![format!("--{name}={}", texts.join(","))])
 }
 
 /// A value, or several of them, as text.

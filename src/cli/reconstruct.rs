@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
+use super::attributes::AttributeArgs;
 use super::flags::Flags;
-use super::making::MakingArgs;
+use super::making::{MakingArgs, POINTS, RUN};
 use super::output::{print, say};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{Job, recording_date, run};
+use crate::run::{Job, recording_date, run, translation};
 use crate::sink::{PointCloud, is_stream};
 use crate::terrain::TerrainOptions;
 
@@ -35,12 +36,17 @@ Examples:
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --terrain --terrain-error 0.1
   And a page to look at it in: city.html
     gable reconstruct tiles/ -f buildings.gpkg -o city.city.json --view
+  A part of a city, a file for each tile, with attributes called `b_height_ridge`:
+    gable reconstruct tiles/ -f buildings.gpkg --box 84900,447400,85100,447600 \\
+      --attribute-prefix b_ -o 'out/{tile}.city.json'
 
 The output:
   The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
   .3dtiles (3D Tiles, a folder), .gpkg (GeoPackage) or .obj (OBJ).
   A folder, or a name without an extension, gets a .city.json that is named after the tile
-  if there is one, else after the footprints. `-`, and a pipe, get CityJSONSeq building by
+  if there is one, else after the footprints. In a name {tile} stands for the tile that a
+  building lies in, {id} for its id: 'out/{tile}.city.json', 'out/{id}.obj'; their report is
+  gable.report.json in the folder that all are in. `-`, and a pipe, get CityJSONSeq building by
   building, without a report unless --report names one. The report goes to OUT.report.json. Ctrl-C
   writes what is done; nothing appears under its name before it is whole. A run that was
   killed leaves what it has done in OUT.partial: the same command with --resume goes on.
@@ -49,6 +55,9 @@ Exit codes:
   0  every footprint that holds points has a model
   1  nothing could be done, or bad usage
   2  finished, but some buildings lack a model or some tiles could not be read";
+
+/// The heading of the options that stand here; those of the other files have theirs there.
+const OUTPUT: &str = "Output";
 
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
@@ -59,54 +68,68 @@ pub struct Args {
     making: MakingArgs,
 
     /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles), a folder, or `-` for CityJSONSeq to
-    /// standard output
-    #[arg(short, long, value_name = "OUT")]
+    /// standard output; with {tile} or {id} in its name a file for each tile or building
+    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     output: PathBuf,
 
     /// Title of the model [default: the name of the file of footprints]
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
     title: Option<String>,
 
     /// Replace files that exist
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
 
     /// Go on from what a run that was killed has left in OUT.partial
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     resume: bool,
 
+    /// Write the points of each building, and those up to --ring-width around it, to a LAZ file of its own in the folder OUT,
+    /// with all of them in OUT/index.gpkg, instead of models
+    #[arg(long, conflicts_with_all = ["resume", "view", "no_footprint"], help_heading = OUTPUT)]
+    crop_only: bool,
+
     /// Where the report goes [default: OUT.report.json]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     report: Option<PathBuf>,
 
     /// Write a page to look at the model in, next to it: OUT.html
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     view: bool,
 
-    /// Levels of detail, parted by commas: 0 (footprint), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are),
-    /// 2.3 (roofs that hang over) [default: 0,1.2,2.2, and 2.3 with --roofprint]
-    #[arg(long, value_name = "LEVELS")]
+    /// Levels of detail, parted by commas: 0 (footprint), 0.1 (what the roofs cover, at one height), 0.3 (what each roof
+    /// covers, at its height), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are), 2.3 (roofs that hang over)
+    /// [default: 0,1.2,2.2, and 2.3 with --roofprint]
+    #[arg(long, value_name = "LEVELS", help_heading = OUTPUT)]
     lod: Option<Levels>,
 
     /// Write the terrain around the buildings too: a TIN of the ground points in tiles, which the buildings stand in
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     terrain: bool,
 
+    /// Where the number 0 of the coordinates of a CityJSON file is, CRS units, whole multiples of --grid-scale
+    /// [default: whole units at the corner of the model]
+    #[arg(long, value_name = "X,Y,Z", value_parser = translation, allow_hyphen_values = true, help_heading = OUTPUT)]
+    translation: Option<[f64; 3]>,
+
     /// Name of the point cloud, such as AHN3; an attribute of every building
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = POINTS)]
     point_cloud_source: Option<String>,
 
     /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
-    #[arg(long, value_name = "DATE", value_parser = recording_date)]
+    #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
     point_cloud_date: Option<String>,
 
     /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
+    #[arg(short, long, conflicts_with = "verbose", help_heading = RUN)]
     quiet: bool,
 
     /// Say what became of every building
-    #[arg(short, long)]
+    #[arg(short, long, help_heading = RUN)]
     verbose: bool,
+
+    #[command(flatten)]
+    attributes: AttributeArgs,
 
     #[command(flatten)]
     terrain_options: Flags<TerrainOptions>,
@@ -124,6 +147,7 @@ pub fn main(args: Args) -> Outcome {
     };
     interrupt::listen();
     let with_page = args.view;
+    let crops = args.crop_only;
     let job = args.into_job()?;
     let to_stream = is_stream(&job.output);
     if with_page && to_stream {
@@ -135,7 +159,7 @@ pub fn main(args: Args) -> Outcome {
     }
     let report = run(&job, &Progress::new(verbosity))?;
     if verbosity > Verbosity::Quiet {
-        let text = summary::summary(&report);
+        let text = if crops { summary::cropped(&report) } else { summary::summary(&report) };
         if to_stream {
             say(text.trim_end());
         } else {
@@ -162,17 +186,20 @@ impl Args {
                 fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
             );
         }
-        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.roofprint.is_some()));
+        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.has_roofprints()));
         let job = self.making.into_job()?;
         let parameters = Parameters { lod: levels, ..job.parameters };
         let job = Job {
             output: self.output,
+            crop_only: self.crop_only,
             title: self.title,
+            translation: self.translation,
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,
             parameters,
             terrain: self.terrain.then_some(terrain_options),
+            attributes: self.attributes.into(),
             point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             ..job
         };

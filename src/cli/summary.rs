@@ -23,6 +23,10 @@ pub fn reason(reason: Reason) -> &'static str {
         Reason::AboveEvidence => "the model would have risen above its points",
         Reason::WorseThanBlock => "the model would have fitted its points worse than the block",
         Reason::TooLow => "the roof is hardly above the ground",
+        Reason::AsAsked => "as was asked for",
+        Reason::LowDensity => "fewer points than were asked for",
+        Reason::MissingData => "more without data than was asked for",
+        Reason::Outdated => "all point clouds are older than the building",
         Reason::Internal => "a fault of gable itself; please report it",
     }
 }
@@ -124,7 +128,15 @@ pub fn summary(report: &Report) -> String {
     cost.extend(report.cpu_seconds.map(|cpu| format!("{} of processor time", duration(cpu))));
     cost.extend(report.peak_memory_bytes.map(|bytes| format!("{} MB", bytes.div_ceil(1_000_000))));
     lines.push(("time and memory", cost.join(", ")));
-    lines.extend(report.outputs.iter().map(|file| ("written", file.clone())));
+    let written = report.outputs.len();
+    // The report, which comes last, is always named.
+    let unnamed = written.saturating_sub(NAMED + 1);
+    let is_named = |at: &usize| *at < NAMED || at + 1 == written;
+    let named = report.outputs.iter().enumerate().filter(|(at, _)| is_named(at));
+    lines.extend(named.map(|(_, file)| ("written", file.clone())));
+    if unnamed > 0 {
+        lines.push(("", format!("and {} more files: see the report", thousands(unnamed as u64))));
+    }
 
     let mut out = table(&rows, "");
     out.extend(lines.iter().map(|(name, text)| format!("{name:<20}  {text}\n")));
@@ -144,6 +156,24 @@ fn terrain_line(terrain: &TerrainReport) -> String {
     let upright =
         if terrain.upright > 0 { format!("; {} upright under walls", number(terrain.upright)) } else { String::new() };
     size + &fit.unwrap_or_default() + &upright
+}
+
+/// The summary of a run that wrote the points of buildings, and no model.
+pub fn cropped(report: &Report) -> String {
+    let counts = &report.counts;
+    let number = |n: usize| thousands(n as u64);
+    let files = report.buildings.iter().filter(|building| building.file.is_some()).count();
+    let rows = [
+        vec!["footprints".to_owned(), number(counts.footprints)],
+        vec!["  with building points".to_owned(), number(counts.with_points)],
+        vec!["files of points".to_owned(), number(files)],
+        vec!["points read".to_owned(), thousands(report.inputs.points.read)],
+        vec!["building points in footprints".to_owned(), thousands(counts.points)],
+    ];
+    let mut out = table(&rows, "");
+    out.push_str(&format!("{:<20}  {}\n", "time and memory", duration(report.wall_seconds)));
+    out.extend(report.outputs.iter().map(|file| format!("{:<20}  {file}\n", "written")));
+    out + &bad_tiles(report)
 }
 
 /// How many warnings a line has room for.

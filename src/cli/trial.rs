@@ -21,6 +21,7 @@ use crate::reconstruct::Parameters;
 use crate::reconstruct::occupancy::network::Interface;
 use crate::simulate::{self, Source};
 use crate::sink::write_json;
+use crate::source::cityjson;
 use crate::trial::{Column, ColumnFindings, Contender, Figures, Step, Trial, choose, overhanging};
 
 /// What `gable evaluate --field` takes beside models.
@@ -190,7 +191,7 @@ pub fn main(models: &[PathBuf], args: &TrialArgs, json: Option<&Path>) -> Outcom
         reports.push(SourceReport { name, closed, used: models.len(), left_out });
         truths.extend(models);
     };
-    for path in models {
+    for path in &cityjson::expand(models)? {
         take(pool.install(|| simulate::read(path, None))?, limit);
     }
     if args.generate > 0 {

@@ -9,6 +9,7 @@ use super::reading::{ReadingProgress, file_size};
 use crate::audit::{Finding, Options, Report, audit, refusal};
 use crate::error::{InputError, Result};
 use crate::sink::write_json;
+use crate::source::cityjson;
 use crate::validate::{Tolerances, codes};
 
 /// The exit code when all files were checked and something in them is invalid.
@@ -38,7 +39,8 @@ Exit codes:
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files; `-` for standard input
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq files, folders of .city.json and .city.jsonl, or glob patterns; `-` for standard
+    /// input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -91,7 +93,7 @@ pub fn main(args: &Args) -> Outcome {
     let options = options(args)?;
     let mut reports = Vec::new();
     let mut refused = false;
-    for path in &args.files {
+    for path in &cityjson::expand(&args.files)? {
         let mut progress = ReadingProgress::new("validate", file_size(path));
         let found = audit(path, &options, &mut |features, bytes| progress.advance(features, bytes));
         drop(progress);

@@ -11,7 +11,7 @@ use crate::report::Report;
 use crate::run::output::{model_path, prepare};
 use crate::run::{FootprintSource, Job};
 use crate::sink::{Format, write_whole};
-use crate::source::points;
+use crate::source::{cityjson, points};
 use crate::view::{Contents, Options, Page, build, path_for};
 
 const EXAMPLES: &str = "\
@@ -36,7 +36,8 @@ Exit codes:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, of any maker; `-` for standard input
+    /// CityJSON (1.0 to 2.0) or CityJSONSeq file, of any maker, or a folder or pattern with one in it; `-` for standard
+    /// input
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
@@ -69,7 +70,8 @@ const INCOMPLETE: u8 = 2;
 /// # Errors
 /// As [`build`]; the page cannot be written, or its name is that of another kind of file.
 pub fn main(args: &Args) -> Outcome {
-    let path = args.output.clone().unwrap_or_else(|| path_for(&args.model));
+    let model = cityjson::only(&args.model)?;
+    let path = args.output.clone().unwrap_or_else(|| path_for(&model));
     let is_page = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
     if !is_page && !path.is_dir() {
         let fault = InputError::new(&path, "another extension than that of a page", "PAGE.html");
@@ -78,7 +80,7 @@ pub fn main(args: &Args) -> Outcome {
     prepare(&path, args.overwrite || args.output.is_none())?;
     let tiles = if args.points.is_empty() { Vec::new() } else { points::expand(&args.points)? };
     let options = Options { tiles, most_points: args.max_points, trust_tiles: false, report: args.report.clone() };
-    let page = make(&args.model, &path, &options, true)?;
+    let page = make(&model, &path, &options, true)?;
     print(&text(&page.contents, &path))?;
     let is_whole = page.contents.unreadable == 0 && page.problems.is_empty();
     Ok(if is_whole { 0 } else { INCOMPLETE })
@@ -110,8 +112,12 @@ fn make(model: &Path, path: &Path, options: &Options, tells: bool) -> Result<Pag
 /// # Errors
 /// The model will not be CityJSON, or the page cannot be written.
 pub fn prepare_for(job: &Job) -> Result<()> {
+    if job.goes_to_many_files()? {
+        let fault = InputError::new(&job.output, "a page of a model in several files", "a model in one file");
+        return Err(fault.remedy("Leave --view out, and `gable view` one of them afterwards").into());
+    }
     let footprints = job.footprints.as_ref().map(FootprintSource::name);
-    let model = model_path(&job.output, &points::expand(&job.tiles)?, footprints.as_deref());
+    let model = model_path(&job.output, &points::expand(&job.all_tiles())?, footprints.as_deref());
     let format = Format::of(&model)?;
     if !matches!(format, Format::CityJson | Format::CityJsonSeq) {
         let fault = InputError::new(&model, format!("{} with --view", format.name()), "a model in CityJSON");
@@ -131,7 +137,7 @@ pub fn of_run(report: &Report, job: &Job, verbosity: Verbosity) -> Result<()> {
         let name = path.display().to_string();
         report.inputs.tiles.iter().all(|tile| tile.file != name || !tile.left_out)
     };
-    let tiles = points::expand(&job.tiles)?.into_iter().filter(could_be_read).collect();
+    let tiles = points::expand(&job.all_tiles())?.into_iter().filter(could_be_read).collect();
     let options = Options { tiles, most_points: Options::MOST_POINTS, trust_tiles: true, report: outputs.next() };
     let path = path_for(&model);
     make(&model, &path, &options, verbosity > Verbosity::Quiet)?;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::sink::Feature;
+use crate::sink::{Feature, own};
 use crate::source::cityjson::CityModel;
 
 /// How many examples a warning gives.
@@ -52,11 +52,11 @@ struct Candidate {
 }
 
 impl Candidate {
-    fn of(feature: &Feature, input: usize, number: usize) -> Self {
+    fn of(feature: &Feature, prefix: &str, input: usize, number: usize) -> Self {
         let geometries = || feature.objects.iter().flat_map(|object| &object.geometries);
         let lod = geometries().filter_map(|geometry| geometry.lod.parse().ok()).fold(-1.0, f64::max);
         let attribute = |name: &str| {
-            let value = feature.root().and_then(|root| root.attributes.get(name));
+            let value = feature.root().and_then(|root| own(&root.attributes, prefix, name));
             value.and_then(Value::as_f64).unwrap_or(-1.0)
         };
         let mut hasher = DefaultHasher::new();
@@ -74,7 +74,7 @@ impl Candidate {
             number,
             geometry: hasher.finish(),
             extent: feature.extent(),
-            rank: [lod, attribute("gable_coverage"), attribute("gable_points").max(attribute("gable_terrain_points"))],
+            rank: [lod, attribute("coverage"), attribute("points").max(attribute("terrain_points"))],
         }
     }
 
@@ -112,11 +112,12 @@ impl Survey {
         !self.repeated.is_empty()
     }
 
-    /// Looks at feature `number` of an input, if its id is one of those.
-    pub(super) fn compare(&mut self, feature: &Feature, input: usize, number: usize) {
+    /// Looks at feature `number` of an input, if its id is one of those; there the names of gable's attributes begin with
+    /// `prefix`.
+    pub(super) fn compare(&mut self, feature: &Feature, prefix: &str, input: usize, number: usize) {
         if self.repeated.contains(&hash_of(&feature.id)) {
             let candidates = self.candidates.entry(feature.id.clone()).or_default();
-            candidates.push(Candidate::of(feature, input, number));
+            candidates.push(Candidate::of(feature, prefix, input, number));
         }
     }
 

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::extensions;
 use crate::error::{InputError, Result};
-use crate::sink::{Metadata, reference_system};
+use crate::sink::{Metadata, prefix_in, reference_system};
 use crate::site::QUANTUM;
 use crate::source::cityjson::{self, CityModel, Transform};
 use crate::source::crs::Crs;
@@ -18,6 +18,8 @@ const QUANTUM_DEGREES: f64 = 1e-9;
 pub(super) struct Inputs {
     /// What is known of the output.
     pub metadata: Metadata,
+    /// What the names of gable's attributes begin with in each input.
+    pub prefixes: Vec<String>,
     pub warnings: Vec<String>,
 }
 
@@ -86,6 +88,7 @@ impl Inputs {
             }
             Named::Unknown(name) => (Some(name).filter(|name| name.contains("://www.opengis.net/def/crs/")), None),
         };
+        let prefixes = heads.iter().map(|head| prefix_in(head).to_owned()).collect();
         let quantum = if crs.as_ref().is_some_and(|crs| crs.is_geographic) { QUANTUM_DEGREES } else { QUANTUM };
         let mut others = Vec::new();
         let mut declared: Map<String, Value> = Map::new();
@@ -129,7 +132,7 @@ impl Inputs {
             others,
             extensions: (!declared.is_empty()).then_some(Value::Object(declared)),
         };
-        Ok(Self { metadata, warnings })
+        Ok(Self { metadata, prefixes, warnings })
     }
 }
 

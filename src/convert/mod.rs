@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{InputError, Result};
 use crate::run::output::{prepare, spare_inputs};
-use crate::sink::{self, Feature, Written};
+use crate::sink::{self, Feature, PREFIX, Written};
 use crate::source::cityjson::{self, CityModel};
 use crate::source::open::refuse_pipe;
 use extensions::Outdated;
@@ -104,7 +104,8 @@ pub fn convert(conversion: &Conversion, progress: &mut dyn FnMut(Progress)) -> R
         let mut feature = vec![0; paths.len()];
         each(paths, Pass::Compare, progress, &mut |input, model| {
             for candidate in Feature::split(model) {
-                survey.compare(&candidate, input, count(&mut feature, input));
+                let prefix = inputs.prefixes.get(input).map_or(PREFIX, String::as_str);
+                survey.compare(&candidate, prefix, input, count(&mut feature, input));
             }
             Ok(())
         })?;

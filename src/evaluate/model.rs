@@ -49,6 +49,8 @@ impl ModelFile {
 struct Gathered {
     faces: Vec<ShapeFace>,
     footprint: Vec<Vec<Vec<Point3<f64>>>>,
+    /// The level of detail that it is of.
+    footprint_lod: String,
     solids: Vec<Result<Solid, String>>,
     count: u32,
 }
@@ -120,8 +122,15 @@ fn gather(model: &CityModel, lod: &str, frame: &Frame, lods: &mut BTreeSet<Strin
             if geometry.lod == lod {
                 building.add(model, geometry, frame);
             } else if matches!(geometry.lod.as_str(), "0" | "0.0" | "0.1" | "0.2" | "0.3") {
-                let faces = geometry.shells.iter().flat_map(|shell| &shell.faces);
-                building.footprint.extend(faces.map(|face| points(model, &face.rings, frame)));
+                // Outlines of its roofs are footprints, too, where there is nothing coarser.
+                if building.footprint.is_empty() || geometry.lod < building.footprint_lod {
+                    building.footprint.clear();
+                    building.footprint_lod.clone_from(&geometry.lod);
+                }
+                if geometry.lod == building.footprint_lod {
+                    let faces = geometry.shells.iter().flat_map(|shell| &shell.faces);
+                    building.footprint.extend(faces.map(|face| points(model, &face.rings, frame)));
+                }
             } else if !geometry.shells.is_empty() {
                 lods.insert(geometry.lod.clone());
             }

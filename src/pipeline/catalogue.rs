@@ -214,6 +214,8 @@ pub fn infer(filename: &str, role: Role, place: &Place) -> Result<&'static Stage
     // A file of that name is text to PDAL, and only the longer extension makes it a city model.
     let is_model = (ends("city.json") || !ends("json")) && Format::of(Path::new(filename)).is_ok();
     let kind = match role {
+        // A folder is one of tiles, unless a type says otherwise.
+        Role::Reader if Path::new(filename).is_dir() => Some("readers.las"),
         Role::Reader if ends("copc.laz") => Some("readers.copc"),
         Role::Reader if name == "ept.json" || filename.starts_with("ept://") => Some("readers.ept"),
         Role::Reader if ends("las") || ends("laz") => Some("readers.las"),

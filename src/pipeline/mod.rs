@@ -45,6 +45,8 @@ pub mod describe;
 mod ept;
 pub mod expression;
 #[cfg(feature = "pipelines")]
+mod files;
+#[cfg(feature = "pipelines")]
 mod ground;
 #[cfg(feature = "pipelines")]
 mod heights;

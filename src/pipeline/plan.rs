@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
+use super::files::{in_folder, matches};
 use super::nearest::nearest;
 use super::options::{Place, Values};
 use super::spec::{self, StageSpec};
 use super::stage::{Role, StageKind};
 use super::{catalogue, expression};
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::source::footprints::redacted;
 
 /// An option set on the command line: `--readers.las.count=5` or `--stage.TAG.count=5`.
@@ -177,6 +178,10 @@ impl Builder<'_> {
                 let files = matches(pattern, &place)?;
                 files.into_iter().map(|file| with_filename(&options, &file)).collect()
             }
+            (Role::Reader, Some(folder)) if Path::new(folder).is_dir() => {
+                let files = in_folder(folder, kind, &place)?;
+                files.into_iter().map(|file| with_filename(&options, &file)).collect()
+            }
             _ => vec![options],
         };
         let mut added = Vec::with_capacity(many.len());
@@ -256,26 +261,6 @@ fn with_filename(options: &Map<String, Value>, file: &Path) -> Map<String, Value
     options
 }
 
-/// The files that a pattern matches, sorted.
-fn matches(pattern: &str, place: &Place) -> Result<Vec<PathBuf>> {
-    let paths = glob::glob(pattern).map_err(|e| {
-        place.fault(format!("the pattern `{pattern}`: {}", e.msg), "a glob pattern such as tiles/*.laz")
-    })?;
-    let mut files = Vec::new();
-    for path in paths {
-        let path = path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?;
-        if path.is_file() {
-            files.push(path);
-        }
-    }
-    if files.is_empty() {
-        let found = format!("the pattern `{pattern}`, which matches no file");
-        return Err(place.fault(found, "a pattern that matches a file").into());
-    }
-    files.sort();
-    Ok(files)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,6 +272,28 @@ mod tests {
 
     fn fault(text: &str) -> String {
         plan(text, &[]).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_folder_stands_for_the_files_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["b.laz", "a.las", "c.csv", "d.city.json", "e.tif"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let path = folder.path().display().to_string();
+        let files = |stage: Value| {
+            let plan = plan(&json!([stage, {"type": "writers.null"}]).to_string(), &[]).unwrap();
+            let readers = plan.stages.iter().filter(|stage| stage.kind.role == Role::Reader);
+            let names =
+                readers.map(|stage| stage.values.text("filename").unwrap().rsplit('/').next().unwrap().to_owned());
+            names.collect::<Vec<_>>()
+        };
+        assert_eq!(files(json!(path)), ["a.las", "b.laz"]);
+        assert_eq!(files(json!({"type": "readers.text", "filename": path})), ["c.csv"]);
+        let empty = tempfile::tempdir().unwrap();
+        assert!(
+            fault(&json!([empty.path(), "out.las"]).to_string()).contains("in which no file is one for `readers.las`")
+        );
     }
 
     #[test]

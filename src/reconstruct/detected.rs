@@ -41,6 +41,9 @@ impl Detected {
     /// Fails where there is no point.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
         if site.points.is_empty() {
+            if let Some(outdated) = site.record.cloud.as_ref().and_then(|of| of.outdated.as_ref()) {
+                return Err(Failure::new(Reason::Outdated, outdated));
+            }
             let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
             return Err(Failure::new(reason, "no building point lies in the footprint"));
         }

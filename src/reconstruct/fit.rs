@@ -41,6 +41,10 @@ pub(super) struct Scanned<'a> {
     pub roof_heights: Option<RoofHeights>,
     /// The outline of the roofs in local metres, for a site without a footprint.
     pub outline: Option<&'a MultiPolygon<f64>>,
+    /// Size of a grid step, metres.
+    pub step: [f64; 3],
+    /// The top of the block where no point is on a roof, local metres; without it there is none.
+    pub stated_top: Option<f64>,
 }
 
 impl Fit {
@@ -84,15 +88,16 @@ impl Scanned<'_> {
         measures::roof_heights(&mut heights).or(self.roof_heights)
     }
 
-    /// A block on every polygon that something stands on, up to the 70th percentile of the roof heights.
+    /// A block on every polygon that something stands on, up to the 70th percentile of the roof heights, or to the height that
+    /// is stated.
     fn blocks(&self, solids: &[Solid], heights: Option<RoofHeights>) -> Vec<Solid> {
-        let Some(heights) = heights else { return Vec::new() };
-        let step = self.site.frame.step();
+        let Some(top) = heights.map(|heights| heights.p70).or(self.stated_top) else { return Vec::new() };
+        let step = self.step;
         let polygons: Vec<FootprintPolygon> = match &self.site.footprint {
             Some(footprint) => blocks::footprint(footprint, step, &mut Vec::new()),
             None => outline::footprint(solids, self.outline, step, &mut Vec::new()),
         };
-        let [ground, top] = [self.site.ground.height, heights.p70].map(|height| grid_height(self.site, height));
+        let [ground, top] = [self.site.ground.height, top].map(|height| grid_height(height, step));
         polygons.iter().filter_map(|polygon| blocks::block(polygon, ground, top, step)).collect()
     }
 }

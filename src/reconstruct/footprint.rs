@@ -39,12 +39,13 @@ fn is_noise(hole: &LineString<f64>) -> bool {
 /// The site with gaps of a few centimetres where its footprint touches itself at a point.
 ///
 /// The simple-feature rules let rings touch. Extruded, the point becomes an edge with four walls, which no valid shell
-/// has: to get rid of it the surface would give up a whole cell, which may be a tenth of the building.
-pub(super) fn parted(site: &Site) -> Cow<'_, Site> {
+/// has: to get rid of it the surface would give up a whole cell, which may be a tenth of the building. `step` is the size of
+/// a grid step in metres.
+pub(super) fn parted(site: &Site, step: [f64; 3]) -> Cow<'_, Site> {
     let Some(footprint) = &site.footprint else { return Cow::Borrowed(site) };
     let around =
         |[x, y]: [f64; 2]| Rect::new(coord! { x: x - GAP, y: y - GAP }, coord! { x: x + GAP, y: y + GAP }).to_polygon();
-    let gaps: Vec<Polygon<f64>> = blocks::touches(footprint, site.frame.step()).into_iter().map(around).collect();
+    let gaps: Vec<Polygon<f64>> = blocks::touches(footprint, step).into_iter().map(around).collect();
     if gaps.is_empty() {
         return Cow::Borrowed(site);
     }
@@ -100,10 +101,10 @@ mod tests {
             ],
         ));
         assert!(site.footprint.as_ref().unwrap().is_valid());
-        let parted = parted(&site).into_owned();
+        let parted = parted(&site, site.frame.step()).into_owned();
         let footprint = parted.footprint.as_ref().unwrap();
         assert!(footprint.is_valid() && (footprint.unsigned_area() - 72.0).abs() < 0.01, "{footprint:?}");
         assert_eq!((footprint.0.len(), footprint.0[0].interiors().len()), (1, 1));
-        assert!(matches!(super::parted(&parted), Cow::Borrowed(_)));
+        assert!(matches!(super::parted(&parted, parted.frame.step()), Cow::Borrowed(_)));
     }
 }

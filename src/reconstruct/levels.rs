@@ -7,13 +7,17 @@ use std::str::FromStr;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use crate::solid::{Model, Part, Solid};
+use crate::solid::{Face, Model, Part, RoofPolygon, Solid, SurfaceType};
 
 /// A level of detail (Biljecki, Ledoux, Stoter 2016).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Level {
     /// 0: the footprint.
     Footprint,
+    /// 0.1: what the roofs cover, at one height.
+    RoofOutlines,
+    /// 0.3: what each roof covers, at its height.
+    RoofParts,
     /// 1.2: a block over every part of the footprint.
     Block,
     /// 1.3: blocks with a step wherever the roof has one.
@@ -26,12 +30,22 @@ pub enum Level {
 
 impl Level {
     /// All, from the coarsest on.
-    pub const ALL: [Self; 5] = [Self::Footprint, Self::Block, Self::Stepped, Self::Roofs, Self::Overhanging];
+    pub const ALL: [Self; 7] = [
+        Self::Footprint,
+        Self::RoofOutlines,
+        Self::RoofParts,
+        Self::Block,
+        Self::Stepped,
+        Self::Roofs,
+        Self::Overhanging,
+    ];
 
     /// What CityJSON calls it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Footprint => "0",
+            Self::RoofOutlines => "0.1",
+            Self::RoofParts => "0.3",
             Self::Block => "1.2",
             Self::Stepped => "1.3",
             Self::Roofs => "2.2",
@@ -49,6 +63,16 @@ impl Levels {
     /// Whether a model has this level.
     pub fn has(&self, level: Level) -> bool {
         self.0.contains(&level)
+    }
+
+    /// Adds to a model what lies flat at the height of its blocks, with or without steps, where it shall have that.
+    pub(super) fn lay_flat(&self, model: &mut Model) {
+        if self.has(Level::RoofOutlines) {
+            model.roof_outlines = model.lod12().flat_map(roof_polygons).collect();
+        }
+        if self.has(Level::RoofParts) {
+            model.roof_parts = model.lod13().flat_map(roof_polygons).collect();
+        }
     }
 
     /// Takes away from a model what is of no level that it shall have.
@@ -136,6 +160,18 @@ impl JsonSchema for Levels {
     }
 }
 
+/// The level roofs of a solid of LoD 1 as polygons.
+fn roof_polygons(solid: &Solid) -> Vec<RoofPolygon> {
+    let vertex = |v: &u32| solid.vertices.get(*v as usize).copied().unwrap_or_default();
+    let roofs = solid.faces.iter().filter(|face| solid.kind(face) == SurfaceType::Roof);
+    let polygon = |face: &Face| {
+        let height = face.rings.iter().flatten().map(vertex).map(|[.., z]| z).max()?;
+        let flat = |ring: &Vec<u32>| ring.iter().map(vertex).map(|[x, y, _]| [x, y]).collect();
+        Some(RoofPolygon { polygon: face.rings.iter().map(flat).collect(), height })
+    };
+    roofs.filter_map(polygon).collect()
+}
+
 /// Parts of LoD 2.2 `solids`, LoD 1.2 `blocks`, the LoD 1.3 blocks that stand for each of the solids, or else for each
 /// of the blocks, and the solids of LoD 2.3.
 pub(super) fn parts(
@@ -169,7 +205,10 @@ mod tests {
         assert_eq!(Levels::default().to_string(), "0,1.2,2.2");
         assert_eq!("2.2, 1.3".parse::<Levels>().unwrap().to_string(), "1.3,2.2");
         for bad in ["", "2", "1.2,", "foo", "1.2;2.2"] {
-            assert!(bad.parse::<Levels>().unwrap_err().contains("expected some of 0, 1.2, 1.3, 2.2, 2.3"), "{bad}");
+            assert!(
+                bad.parse::<Levels>().unwrap_err().contains("expected some of 0, 0.1, 0.3, 1.2, 1.3, 2.2, 2.3"),
+                "{bad}"
+            );
         }
     }
 }

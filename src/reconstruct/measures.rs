@@ -15,7 +15,7 @@ const FLAT: f64 = 4.0;
 pub fn roof_heights(heights: &mut [f64]) -> Option<RoofHeights> {
     heights.sort_by(f64::total_cmp);
     let at = |share: f64| heights.get(((heights.len().saturating_sub(1)) as f64 * share).round() as usize).copied();
-    Some(RoofHeights { min: at(0.0)?, p50: at(0.5)?, p70: at(0.7)?, max: at(1.0)? })
+    Some(RoofHeights { min: at(0.0)?, p50: at(0.5)?, p70: at(0.7)?, p98: at(0.98)?, max: at(1.0)? })
 }
 
 /// The highest point of some solids, local metres.
@@ -145,7 +145,7 @@ mod tests {
     fn percentiles_of_heights() {
         let mut heights: Vec<f64> = (0..=10).rev().map(f64::from).collect();
         let h = roof_heights(&mut heights).unwrap();
-        assert_eq!((h.min, h.p50, h.p70, h.max), (0.0, 5.0, 7.0, 10.0));
+        assert_eq!((h.min, h.p50, h.p70, h.p98, h.max), (0.0, 5.0, 7.0, 10.0, 10.0));
         assert!(roof_heights(&mut []).is_none());
     }
 }

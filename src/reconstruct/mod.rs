@@ -4,6 +4,8 @@
 //! [`surface`]. Nothing here does I/O, starts a thread or reads a clock; random numbers are drawn from a seed derived
 //! from the building id: the same site gives the same bytes.
 
+mod as_block;
+mod attempt;
 pub mod blocks;
 pub mod complex;
 pub(crate) mod confidence;
@@ -28,6 +30,7 @@ mod partitioned;
 mod patch;
 pub mod primitives;
 mod revision;
+mod ridges;
 mod rounds;
 pub(crate) mod semantics;
 mod standing;
@@ -36,6 +39,7 @@ mod steps;
 pub mod surface;
 mod unmodelled;
 
+use attempt::{Attempt, first_measures};
 pub use detected::Detected;
 pub use evidence::label;
 pub use hypotheses::{Hypotheses, StrayWall};
@@ -50,7 +54,7 @@ use geo::MultiPolygon;
 use nalgebra::Point3;
 
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::site::Site;
+use crate::site::{GroundSource, Site};
 use crate::solid::{Model, Solid};
 use crate::validate;
 use confidence::Confidence;
@@ -95,12 +99,19 @@ fn reconstruct_and_tell(
     let site = &*with_finite_points(site, &mut notes);
     let site = &*footprint::without_slivers(site, &mut notes);
     let site = &*floor::found(site, parameters, &mut notes);
+    let step = parameters.step(&site.frame);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
     let Attempt { mut measures, outline, result, roof_points, strays, fit, steps, .. } = match stands {
         Ok(()) => {
-            let whole = footprint::parted(&standing.site);
-            let try_with = |parameters: &Parameters| attempt(&standing.site, &whole, None, parameters, field, telling);
-            ladder::descend(parameters, try_with)
+            let whole = footprint::parted(&standing.site, step);
+            let asked = as_block::asked(site, &whole, parameters);
+            ladder::descend(parameters, |parameters| match &asked {
+                Some(failure) => {
+                    let steps = telling.begin(&whole, parameters);
+                    Attempt::of_roofs(&whole, parameters, failure.clone(), steps)
+                }
+                None => attempt(&standing.site, &whole, None, parameters, field, telling),
+            })
         }
         Err(failure) => Attempt::failed(site, failure, telling.begin(site, parameters)),
     };
@@ -125,7 +136,6 @@ fn reconstruct_and_tell(
         }
         Err(failure) => (Vec::new(), Some(failure)),
     };
-    let step = site.frame.step();
     let footprint = match &site.footprint {
         Some(footprint) => blocks::footprint(footprint, step, &mut notes),
         None => outline::footprint(&solids, outline.as_ref(), step, &mut notes),
@@ -141,19 +151,23 @@ fn reconstruct_and_tell(
         Some(fit) if failure.is_none() => fit,
         _ => {
             // What was made of it, or of its covered part, says nothing of a block.
-            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, revision, .. } =
-                &mut measures;
+            let Measures { roof_type, roof_planes, ridge_height, completeness, confidence, .. } = &mut measures;
             (*roof_type, *roof_planes, *ridge_height, *completeness, *confidence) = (None, None, None, None, None);
-            *revision = None;
+            (measures.ridges, measures.revision) = (None, None);
             let scanned = fit::Scanned {
                 site: &standing.site,
                 roof_points: &roof_points,
                 roof_heights: measures.roof_heights,
                 outline: outline.as_ref(),
+                step,
+                stated_top: stated_top(site),
             };
             Fit::of_blocks(&scanned, parameters)
         }
     };
+    if roof_heights.is_none() && !blocks.is_empty() {
+        notes.push("the height of its block is the one that is stated: no point was scanned on its roof".to_owned());
+    }
     if !left_out.is_empty() {
         let count = left_out.len();
         notes.push(format!(
@@ -161,7 +175,7 @@ fn reconstruct_and_tell(
         ));
     }
     let mut stepped = Vec::new();
-    if parameters.lod.has(Level::Stepped) {
+    if parameters.lod.has(Level::Stepped) || parameters.lod.has(Level::RoofParts) {
         let counting = fit::counting(&site.points, &left_out);
         stepped = stepped::of(&solids, &blocks, &standing.site, &counting, parameters, &mut notes);
         measures.rmse_lod13 = measures::rmse(stepped.iter().flatten(), &counting);
@@ -179,7 +193,13 @@ fn reconstruct_and_tell(
         let solids = [&mut part.lod12, &mut part.lod13, &mut part.lod22, &mut part.lod23];
         solids.into_iter().flatten().for_each(|solid| floor_depth::tell(solid, site));
     }
-    let mut model = Model { footprint, ground: grid_height(site, site.ground.height), parts };
+    let ground = grid_height(site.ground.height, step);
+    if let Some(of_model) = measures.ground.as_mut().filter(|_| parameters.grid_steps().is_some_and(|steps| steps > 1))
+    {
+        // On a coarse grid it is not where it was measured.
+        of_model.height = ground as f64 * step[2];
+    }
+    let mut model = Model { footprint, ground, parts, ..Model::default() };
     measures.roof_heights = roof_heights;
     if let (Some(heights), Some(top)) = (&mut measures.roof_heights, measures::top(model.lod22())) {
         heights.max = top;
@@ -194,9 +214,12 @@ fn reconstruct_and_tell(
         Some(Failure { reason, detail, .. }) if model.parts.is_empty() => Outcome::FootprintOnly { reason, detail },
         Some(Failure { reason, detail, .. }) => Outcome::Lod12 { reason, detail },
     };
+    parameters.lod.lay_flat(&mut model);
     parameters.lod.keep(&mut model);
-    let (id, attributes) = (site.id.clone(), site.attributes.clone());
-    (Building { id, frame: site.frame, attributes, model, outcome, measures, notes }, steps)
+    // All models speak of steps of the finest grid.
+    model.refine(parameters.grid_steps().unwrap_or(1));
+    let (id, attributes, record) = (site.id.clone(), site.attributes.clone(), site.record.clone());
+    (Building { id, frame: site.frame, attributes, model, outcome, measures, record, notes }, steps)
 }
 
 impl Telling {
@@ -209,6 +232,11 @@ impl Telling {
 /// Area of a footprint in square metres, if there is one.
 fn area(footprint: Option<&MultiPolygon<f64>>) -> Option<f64> {
     footprint.map(geo::Area::unsigned_area).filter(|area| *area > 0.0)
+}
+
+/// Building points per square metre of footprint, if there is one.
+fn density(site: &Site) -> Option<f64> {
+    area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area)
 }
 
 /// The site without the points whose coordinates are not numbers, or not within reach of the local frame.
@@ -238,53 +266,6 @@ pub struct Failure {
 impl Failure {
     fn new(reason: Reason, detail: impl Into<String>) -> Self {
         Self { reason, detail: detail.into(), codes: Vec::new() }
-    }
-}
-
-/// One attempt at LoD 2.2.
-struct Attempt {
-    /// What was measured on the way.
-    measures: Measures,
-    /// The outline of the roofs in local metres, for a site without a footprint.
-    outline: Option<MultiPolygon<f64>>,
-    /// The solids, or why there are none.
-    result: Result<Vec<Solid>, Failure>,
-    /// The building points on roofs, ascending.
-    roof_points: Vec<u32>,
-    /// The walls that were scanned where none is known.
-    strays: Vec<StrayWall>,
-    /// How well the solids fit; `None` where there are none.
-    fit: Option<Fit>,
-    /// The solids of LoD 2.3, or why there are none, where they were asked for.
-    overhanging: Option<Result<Vec<Solid>, String>>,
-    /// What each step made of it, if that is to be told.
-    steps: Option<Box<Steps>>,
-}
-
-impl Attempt {
-    /// None was made.
-    fn failed(site: &Site, failure: Failure, steps: Option<Box<Steps>>) -> Self {
-        let measures = first_measures(site);
-        Self {
-            measures,
-            outline: None,
-            result: Err(failure),
-            roof_points: Vec::new(),
-            strays: Vec::new(),
-            fit: None,
-            overhanging: None,
-            steps,
-        }
-    }
-}
-
-/// What is known of a building before anything is made of it.
-fn first_measures(site: &Site) -> Measures {
-    Measures {
-        ground: Some(site.ground),
-        coverage: Some(site.coverage),
-        points: site.points.len(),
-        ..Measures::default()
     }
 }
 
@@ -338,6 +319,8 @@ fn attempt_with(
         roof_points: &roof_points,
         roof_heights: measures.roof_heights,
         outline: outline.as_ref(),
+        step: parameters.step(&site.frame),
+        stated_top: None,
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
     let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
@@ -380,7 +363,7 @@ impl Solution {
         let measures = &mut self.measures;
         measures.primitives = hypotheses.detected;
         measures.no_data_share = measures::no_data_share(&hypotheses.map, &site.points);
-        measures.point_density = area(site.footprint.as_ref()).map(|area| site.points.len() as f64 / area);
+        measures.point_density = density(site);
         measures.cells = complex.cells.len();
     }
 
@@ -411,9 +394,10 @@ impl Solution {
         // What is thinner than the noise was made by it.
         let minimum_feature = parameters.surface.minimum_feature.max(hypotheses.noise);
         let surface_parameters = SurfaceParameters { minimum_feature };
-        let extraction = surface::extract(&labelled, site.frame.step(), &surface_parameters).map_err(|error| {
-            Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
-        })?;
+        let extraction =
+            surface::extract(&labelled, parameters.step(&site.frame), &surface_parameters).map_err(|error| {
+                Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
+            })?;
         if let Some(steps) = &mut self.steps {
             steps.extract(&extraction);
         }
@@ -448,13 +432,21 @@ impl Solution {
         measures.roof_type = measures::roof_type(&solids);
         measures.roof_planes = Some(measures::roof_surfaces(&solids).count());
         measures.ridge_height = measures::ridge_height(&solids);
+        measures.ridges = Some(ridges::of(&solids));
         self.solids = solids;
         Ok(())
     }
 }
 
-fn grid_height(site: &Site, height: f64) -> i64 {
-    (height / site.frame.step()[2]).round() as i64
+/// The top of the block of a building without points on its roof (local metres), if it is stated and anything is known of
+/// its ground.
+fn stated_top(site: &Site) -> Option<f64> {
+    site.record.roof_height.filter(|_| !site.points.is_empty() || site.ground.source != GroundSource::BoundingBox)
+}
+
+/// A height in steps of a grid.
+fn grid_height(height: f64, step: [f64; 3]) -> i64 {
+    (height / step[2]).round() as i64
 }
 
 fn volume<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<f64> {

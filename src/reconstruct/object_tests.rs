@@ -40,7 +40,7 @@ const ELL: [(f64, f64); 6] = [(0.0, 0.0), (14.0, 0.0), (14.0, 6.0), (8.0, 6.0), 
 fn object(points: Vec<Point3<f64>>) -> Site {
     let frame = Frame { origin: [85_000.0, 447_000.0, 0.0], metres_per_unit: [1.0; 3] };
     let mut site = Site::new("object", frame, points, -1.5);
-    site.ground.source = crate::site::GroundSource::BoundingBox;
+    site.ground.source = GroundSource::BoundingBox;
     site
 }
 

@@ -50,7 +50,7 @@ pub(super) fn of_site(
     });
     roofs.points.dedup();
     let roofs = roofs.with_footprint(&walls.union(&eaves.outline));
-    let whole = footprint::parted(&roofs);
+    let whole = footprint::parted(&roofs, parameters.step(&roofs.frame));
     let try_with = |parameters: &Parameters| attempt(&roofs, &whole, Some(walls), parameters, field, Telling::Result);
     let attempt = ladder::descend(parameters, try_with);
     match (attempt.result, attempt.overhanging) {
@@ -91,8 +91,9 @@ pub(super) fn of_cells(
     let labelled =
         Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &[] };
     // Eaves are as thin as they are.
-    let parameters = SurfaceParameters { minimum_feature: 0.0 };
-    let extraction = surface::extract(&labelled, site.frame.step(), &parameters).map_err(|error| error.to_string())?;
+    let surface = SurfaceParameters { minimum_feature: 0.0 };
+    let step = parameters.step(&site.frame);
+    let extraction = surface::extract(&labelled, step, &surface).map_err(|error| error.to_string())?;
     let mut solids = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         semantics::assign(&mut shell.solid, &shell.planes, Some(walls), &Confidence::default());

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::decision::Decision;
 use super::occupancy::{HeightField, Occupancy};
-use super::{Detected, Failure, Parameters, Partitioned, Solution};
+use super::{Detected, Failure, Parameters, Partitioned, Solution, as_block};
 use crate::building::{Reason, Revision};
 use crate::completeness::{Area, Completeness, Extents, Judge, Scan, tops};
 use crate::geometry::Cover;
@@ -52,6 +52,7 @@ pub(super) fn solve(
     }
     let mut building = partitioned?;
     solution.measure(&building);
+    as_block::check(&solution.measures, parameters)?;
     let mut decision = decide(&building)?;
     if let Err(failure) = solution.build(&building, &decision, parameters) {
         // What the vote makes no solid of, the field may.

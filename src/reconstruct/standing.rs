@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use geo::{Area, BooleanOps, Euclidean, Length, MultiPolygon};
 
 use super::open_ground::open_ground;
-use super::{Failure, OpenGround, Parameters, Partial};
+use super::{Failure, OpenGround, Parameters, Partial, as_block};
 use crate::building::Reason;
 use crate::geometry::PreparedPolygon;
 use crate::site::Site;
@@ -34,7 +34,12 @@ impl<'a> Standing<'a> {
         let mut standing = Self { site: Cow::Borrowed(site), open_ground: None, is_partial: false };
         let Some(footprint) = &site.footprint else { return (standing, Ok(())) };
         let mut rest = Cow::Borrowed(footprint);
-        if !site.ground_points.is_empty() && !site.points.is_empty() {
+        let is_glass = parameters.glass_attribute.as_deref().is_some_and(|name| as_block::is_on(site, name));
+        if is_glass && !site.ground_points.is_empty() {
+            // The laser goes through glass: ground that was seen is no proof of open sky.
+            notes.push("its roof is of glass: what was scanned of the ground inside it is left out".to_owned());
+            standing.site = Cow::Owned(Site { ground_points: Vec::new(), ..site.clone() });
+        } else if !site.ground_points.is_empty() && !site.points.is_empty() {
             let open = open_ground(site, parameters.open_ground_area);
             // Of many corners it costs much.
             let area = if open.0.is_empty() { 0.0 } else { footprint.intersection(&open).unsigned_area() };
@@ -61,7 +66,7 @@ impl<'a> Standing<'a> {
             }
         }
         if let Cow::Owned(rest) = rest {
-            standing.site = Cow::Owned(site.clone().with_footprint(&rest));
+            standing.site = Cow::Owned(standing.site.into_owned().with_footprint(&rest));
         }
         (standing, Ok(()))
     }

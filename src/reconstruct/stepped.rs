@@ -70,8 +70,8 @@ fn of_solid(solid: &Solid, site: &Site, points: &[Point3<f64>], parameters: &Par
     let occupancy: Vec<f64> = inside.iter().map(|inside| f64::from(u8::from(*inside))).collect();
     let labelled =
         Labelled { complex: &complex, inside: &inside, occupancy: &occupancy, volumes: &volumes, fixed: &[] };
-    let extraction =
-        surface::extract(&labelled, site.frame.step(), &parameters.surface).map_err(|error| error.to_string())?;
+    let extraction = surface::extract(&labelled, parameters.step(&site.frame), &parameters.surface)
+        .map_err(|error| error.to_string())?;
     let mut found = Vec::with_capacity(extraction.shells.len());
     for mut shell in extraction.shells {
         let footprint: Option<&MultiPolygon<f64>> = site.footprint.as_ref();
@@ -130,10 +130,14 @@ impl<'a> Roofs<'a> {
             members.map(|roof| roofs[roof]).collect()
         };
         let grouped: Vec<Vec<&Face>> = firsts.into_iter().map(of_group).collect();
-        let parts = |wall: &Vec<Meeting>| {
-            wall.is_empty() || wall.iter().any(|m| groups.first(m.roofs[0]) != groups.first(m.roofs[1]))
+        // One face may stand on the outline for a part of its length, and above a lower roof for the rest.
+        let is_outline = |wall: &Face, meetings: &[Meeting]| {
+            foot(solid, wall) > meetings.iter().map(|meeting| meeting.length).sum::<f64>() + SAME_LINE
         };
-        let standing = walls.iter().zip(&meetings).filter(|(_, meetings)| parts(meetings));
+        let parts = |(wall, meetings): &(&&Face, &Vec<Meeting>)| {
+            is_outline(wall, meetings) || meetings.iter().any(|m| groups.first(m.roofs[0]) != groups.first(m.roofs[1]))
+        };
+        let standing = walls.iter().zip(&meetings).filter(parts);
         let mut traces: Vec<Trace> = standing.filter_map(|(wall, _)| trace_of(solid, wall)).collect();
         trace::regularise(&mut traces, &[], SAME_LINE);
         let covers =
@@ -238,6 +242,14 @@ fn meetings(solid: &Solid, wall: &Face, at: &BTreeMap<Edge, Vec<usize>>) -> Vec<
     lower.into_iter().filter_map(meeting).collect()
 }
 
+/// The length of the lower edges of a wall, metres.
+fn foot(solid: &Solid, wall: &Face) -> f64 {
+    let normal = wall.rings.first().and_then(|ring| solid.newell(ring).try_normalize(0.0));
+    let Some(along) = normal.map(|normal| Vector3::z().cross(&normal)) else { return 0.0 };
+    let run = |[a, b]: Edge| along.dot(&(solid.point(b) - solid.point(a)));
+    edges(wall).map(run).filter(|run| *run > 0.0).sum()
+}
+
 /// The edges of a face, each from one vertex to the next.
 fn edges(face: &Face) -> impl Iterator<Item = Edge> + '_ {
     face.rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)).map(|(&a, &b)| [a, b]))
@@ -326,6 +338,46 @@ mod tests {
         let (heights, volume) = tops(&building(height, &with("1.3", 10.0)));
         assert_eq!(heights, [9.0]);
         assert!((volume - 1800.0).abs() < 1e-6, "{volume}");
+    }
+
+    #[test]
+    fn a_wall_that_stands_on_the_outline_for_a_part_stays() {
+        // A house of 20 m by 10 m with an annex of 8 m by 5 m that is a metre lower.
+        let ring = polygon![
+            (x: 0.0, y: 0.0), (x: 20.0, y: 0.0), (x: 20.0, y: 10.0), (x: 8.0, y: 10.0), (x: 8.0, y: 15.0), (x: 0.0, y: 15.0)
+        ];
+        let places = (0..40 * 30).map(|i| (0.25 + 0.5 * f64::from(i % 40), 0.25 + 0.5 * f64::from(i / 40)));
+        let places = places.filter(|(x, y)| *y < 10.0 || *x < 8.0);
+        let points = places.map(|(x, y)| Point3::new(x, y, if y < 10.0 { 6.0 } else { 5.0 })).collect();
+        let frame = Frame { origin: [0.0; 3], metres_per_unit: [1.0; 3] };
+        let site = Site::new("annex", frame, points, 0.0).with_footprint(&MultiPolygon(vec![ring]));
+        let found = reconstruct(&site, &with("1.3", 3.0), &HeightField);
+        let (heights, volume) = tops(&found);
+        assert_eq!(heights, [6.0]);
+        assert!((volume - 240.0 * 6.0).abs() < 10.0, "{volume}");
+    }
+
+    #[test]
+    fn what_lies_flat_is_the_roofs_of_the_blocks() {
+        let height = |x: f64, _: f64| if x < 10.0 { 4.0 } else { 9.0 };
+        let found = building(height, &with("0.1,0.3", 3.0)).model;
+        let area = |roofs: &[crate::solid::RoofPolygon]| -> Vec<(f64, f64)> {
+            let of_ring = |ring: &Vec<[i64; 2]>| {
+                let pairs = ring.iter().zip(ring.iter().cycle().skip(1));
+                pairs.map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<i64>() as f64 / 2e8
+            };
+            let whole = roofs.iter().map(|roof| (roof.height as f64 / 1e4, roof.polygon.iter().map(of_ring).sum()));
+            whole.collect()
+        };
+        let mut parts = area(&found.roof_parts);
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let [(low, west), (high, east)] = parts[..] else { panic!("{parts:?}") };
+        assert_eq!((low, high), (4.0, 9.0));
+        assert!((west - 100.0).abs() < 3.0 && (west + east - 200.0).abs() < 0.01, "{west} {east}");
+        assert_eq!(area(&found.roof_outlines), [(9.0, 200.0)]);
+        assert!(found.parts.is_empty() && found.footprint.is_empty());
+        let usual = building(height, &Parameters::default()).model;
+        assert!(usual.roof_parts.is_empty() && usual.roof_outlines.is_empty());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde_json::Map;
 
 use super::*;
 use crate::building::RoofType;
+use crate::record::Record;
 use crate::site::{Coverage, Frame, Ground, GroundSource};
 use crate::solid::SurfaceType;
 
@@ -43,6 +44,7 @@ fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) ->
         covered: None,
         eaves: None,
         attributes: Map::new(),
+        record: Record::default(),
     }
 }
 

@@ -59,6 +59,9 @@ pub struct BuildingReport {
     pub cpu_ms: Option<f64>,
     /// What the reader of the result should know.
     pub notes: Vec<String>,
+    /// The file that it is in, where the model goes to several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
 }
 
 impl BuildingReport {
@@ -89,6 +92,7 @@ impl BuildingReport {
             wall_ms: milliseconds(wall),
             cpu_ms: cpu.map(milliseconds),
             notes: building.notes.clone(),
+            file: None,
         }
     }
 

@@ -68,7 +68,7 @@ pub struct Report {
     pub threads: usize,
     /// Most memory that the process held, in bytes; where the system tells.
     pub peak_memory_bytes: Option<u64>,
-    /// The files that were written.
+    /// The files that were written: those of the model, then the report.
     pub outputs: Vec<String>,
     /// What the user should know about the run as a whole.
     pub warnings: Vec<String>,
@@ -118,6 +118,9 @@ pub struct Inputs {
 pub struct TileReport {
     /// The file.
     pub file: String,
+    /// The point cloud that it is of, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cloud: Option<String>,
     /// Number of points that its header announces.
     pub points: u64,
     /// Number of these that could not be read.
@@ -147,6 +150,8 @@ pub struct FootprintsReport {
     pub footprints: usize,
     /// Number of features without one; they are among the buildings, with the reason.
     pub rejected: usize,
+    /// Number of features that are not in the area that was asked for, and not among the buildings.
+    pub outside: usize,
     /// Number of features that are missing because the file is cut off, as far as it tells.
     pub missing: u64,
     /// Whether it lacks something else that belongs to it, such as a part of a shapefile; the warnings tell.

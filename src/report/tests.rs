@@ -3,6 +3,7 @@ use std::path::Path;
 use super::*;
 use crate::building::{Building, LadderStep, Measures, Outcome, Reason};
 use crate::network::FieldOptions;
+use crate::record::Record;
 use crate::site::Frame;
 use crate::solid::{Model, Part, Solid};
 use crate::terrain::{Tally, TerrainOptions};
@@ -15,6 +16,7 @@ fn building(outcome: Outcome, points: usize, parts: Vec<Part>) -> BuildingReport
         model: Model { parts, ..Model::default() },
         outcome,
         measures: Measures { points, ..Measures::default() },
+        record: Record::default(),
         notes: vec!["a note".into()],
     };
     BuildingReport::new(&building, std::time::Duration::from_micros(1500), None)
@@ -114,6 +116,7 @@ fn report() -> Report {
         inputs: Inputs {
             tiles: vec![TileReport {
                 file: "a.laz".into(),
+                cloud: None,
                 points: 7,
                 missing_points: 2,
                 left_out: false,
@@ -123,6 +126,7 @@ fn report() -> Report {
             footprints: Some(FootprintsReport {
                 file: "f.geojson".into(),
                 footprints: 2,
+                outside: 0,
                 missing: 0,
                 is_damaged: false,
                 rejected: 1,

@@ -69,6 +69,7 @@ struct Done {
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
 /// the panic. When the observer interrupts, buildings under way are completed and written and the others are counted as
 /// not reached. What `checkpoint` holds is taken from there, and what is made is kept there as soon as it is done.
+/// `grid_steps` is [`Parameters::grid_steps`](crate::reconstruct::Parameters::grid_steps).
 ///
 /// # Errors
 /// What `write` says, or that the checkpoint cannot be written.
@@ -77,6 +78,7 @@ pub(super) fn reconstruct_all(
     pool: &ThreadPool,
     observer: &dyn Observer,
     checkpoint: Option<&Checkpoint>,
+    grid_steps: i64,
     reconstruct: impl Fn(&Site) -> Building + Sync,
     mut write: impl FnMut(&Building) -> Result<()>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
@@ -89,8 +91,8 @@ pub(super) fn reconstruct_all(
         |(index, task)| if checkpoint.is_some_and(|c| c.has(*index)) { usize::MAX } else { task.size() },
         |(index, task)| {
             let done = match checkpoint {
-                Some(checkpoint) => recalled(index, task, checkpoint, &reconstruct),
-                None => Ok(one(task, &reconstruct)),
+                Some(checkpoint) => recalled(index, task, checkpoint, grid_steps, &reconstruct),
+                None => Ok(one(task, grid_steps, &reconstruct)),
             };
             observer.event(Event::Advanced { stage: Stage::Reconstruct, by: 1 });
             done
@@ -121,6 +123,7 @@ fn recalled(
     index: usize,
     task: Task,
     checkpoint: &Checkpoint,
+    grid_steps: i64,
     reconstruct: &impl Fn(&Site) -> Building,
 ) -> Result<Done> {
     if let Some(Record { wall, cpu, building, .. }) = checkpoint.recall(index).filter(|r| r.building.id == task.id()) {
@@ -128,7 +131,7 @@ fn recalled(
     }
     // What needs no work needs no keeping.
     let is_made = task.site().is_some_and(|site| !site.points.is_empty());
-    let done = one(task, reconstruct);
+    let done = one(task, grid_steps, reconstruct);
     if is_made {
         checkpoint.keep(&Record { index, wall: done.wall, cpu: done.cpu, building: &done.building })?;
     }
@@ -136,12 +139,13 @@ fn recalled(
 }
 
 /// Does one task; the points of its site are freed on return.
-fn one(task: Task, reconstruct: &impl Fn(&Site) -> Building) -> Done {
+fn one(task: Task, grid_steps: i64, reconstruct: &impl Fn(&Site) -> Building) -> Done {
     let watch = Stopwatch::start(Scope::Thread);
     let building = match task {
         Task::Keep(building) => *building,
         Task::Reconstruct { site, mut notes } => {
-            let mut building = guarded(|| reconstruct(&site)).unwrap_or_else(|detail| broken(&site, detail));
+            let mut building =
+                guarded(|| reconstruct(&site)).unwrap_or_else(|detail| broken(&site, grid_steps, detail));
             notes.append(&mut building.notes);
             building.notes = notes;
             building
@@ -151,15 +155,21 @@ fn one(task: Task, reconstruct: &impl Fn(&Site) -> Building) -> Done {
 }
 
 /// What is written of a site on which the method failed.
-fn broken(site: &Site, detail: String) -> Building {
-    let step = site.frame.step();
+fn broken(site: &Site, grid_steps: i64, detail: String) -> Building {
+    without_model(site, grid_steps, Outcome::FootprintOnly { reason: Reason::Internal, detail })
+}
+
+/// What is written of a site without a model of it.
+pub(super) fn without_model(site: &Site, grid_steps: i64, outcome: Outcome) -> Building {
+    let step = site.frame.step().map(|step| step * grid_steps as f64);
     // Whatever broke the method may lie in the footprint.
     let mut notes = Vec::new();
     let footprint = guarded(|| {
         site.footprint.as_ref().map(|footprint| blocks::footprint(footprint, step, &mut notes)).unwrap_or_default()
     })
     .unwrap_or_default();
-    let model = Model { footprint, ground: (site.ground.height / step[2]).round() as i64, parts: Vec::new() };
+    let mut model = Model { footprint, ground: (site.ground.height / step[2]).round() as i64, ..Model::default() };
+    model.refine(grid_steps);
     let measures = Measures {
         ground: Some(site.ground),
         coverage: Some(site.coverage),
@@ -171,7 +181,8 @@ fn broken(site: &Site, detail: String) -> Building {
         frame: site.frame,
         attributes: site.attributes.clone(),
         model,
-        outcome: Outcome::FootprintOnly { reason: Reason::Internal, detail },
+        outcome,
+        record: site.record.clone(),
         measures,
         notes,
     }
@@ -203,6 +214,7 @@ mod tests {
             covered: None,
             eaves: None,
             attributes: serde_json::Map::new(),
+            record: crate::record::Record::default(),
         }
     }
 
@@ -217,7 +229,7 @@ mod tests {
     /// A method that fails on building 3.
     fn method(site: &Site) -> Building {
         assert!(site.id != "3", "bad angle");
-        Building { outcome: Outcome::Lod22, notes: vec!["own".into()], ..broken(site, String::new()) }
+        Building { outcome: Outcome::Lod22, notes: vec!["own".into()], ..broken(site, 1, String::new()) }
     }
 
     #[test]
@@ -228,7 +240,8 @@ mod tests {
                 written.push(b.clone());
                 Ok(())
             };
-            let (counts, reports) = reconstruct_all(tasks(20), &pool(threads), &Silent, None, method, write).unwrap();
+            let (counts, reports) =
+                reconstruct_all(tasks(20), &pool(threads), &Silent, None, 1, method, write).unwrap();
             let ids: Vec<_> = written.iter().map(|b| b.id.clone()).collect();
             assert_eq!(ids, (0..20).map(|i| i.to_string()).collect::<Vec<_>>());
             assert_eq!((counts.footprints, counts.written, counts.buildings_lod22), (20, 20, 19));
@@ -267,7 +280,7 @@ mod tests {
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
-        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, None, method, write).unwrap();
+        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, None, 1, method, write).unwrap();
         // The largest first: 7·i mod 11 is 10 for building 3 and 9 for building 6.
         assert_eq!(written, ["3", "6"]);
         assert_eq!((counts.footprints, counts.written, counts.not_reached, reports.len()), (8, 2, 6, 2));
@@ -275,13 +288,13 @@ mod tests {
 
     #[test]
     fn a_feature_that_is_kept_passes_through() {
-        let kept = broken(&site(9), "a line".into());
+        let kept = broken(&site(9), 1, "a line".into());
         let mut written = Vec::new();
         let write = |b: &Building| {
             written.push((b.id.clone(), b.notes.clone()));
             Ok(())
         };
-        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, None, method, write).unwrap();
+        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, None, 1, method, write).unwrap();
         assert_eq!(written, [("9".to_owned(), Vec::<String>::new())]);
     }
 }

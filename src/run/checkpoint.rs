@@ -269,6 +269,7 @@ mod tests {
             attributes: serde_json::Map::new(),
             model: Model::default(),
             outcome: Outcome::Lod22,
+            record: crate::record::Record::default(),
             measures: Measures { rmse_lod22: Some(0.1 + 0.7), ..Measures::default() },
             notes: vec!["é\n".to_owned()],
         }

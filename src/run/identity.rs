@@ -97,8 +97,20 @@ fn hash_of_task(task: &Task) -> u64 {
 }
 
 fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
-    let Site { id, frame, footprint, points, ground_points, ground, ground_line, coverage, covered, eaves, attributes } =
-        site;
+    let Site {
+        id,
+        frame,
+        footprint,
+        points,
+        ground_points,
+        ground,
+        ground_line,
+        coverage,
+        covered,
+        eaves,
+        attributes,
+        record,
+    } = site;
     let (roofprint, under_eaves) = eaves.as_ref().map(|eaves| (&eaves.outline, &eaves.points)).unzip();
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
     frame.origin.into_iter().chain(frame.metres_per_unit).for_each(&mut number);
@@ -118,4 +130,5 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
     id.hash(hasher);
     std::mem::discriminant(&ground.source).hash(hasher);
     Value::Object(attributes.clone()).to_string().hash(hasher);
+    serde_json::to_string(record).unwrap_or_default().hash(hasher);
 }

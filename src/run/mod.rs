@@ -13,12 +13,19 @@
 mod buildings;
 mod checkpoint;
 mod checks;
+mod choice;
 mod chosen;
 mod classes;
+mod clouds;
+mod crop;
 mod feed;
+mod file_names;
+mod files;
 mod identity;
 mod job;
 mod journal;
+mod layer;
+mod limit;
 mod observer;
 mod ordered;
 pub mod output;
@@ -26,6 +33,8 @@ mod parts;
 mod plan;
 mod roofprints;
 mod single;
+mod surveyed;
+mod template;
 mod terrain;
 mod tiles;
 mod write;
@@ -41,10 +50,12 @@ use std::path::PathBuf;
 
 use journal::Journal;
 
-pub use checks::{MOST_THREADS, recording_date};
+pub use checks::{MOST_THREADS, recording_date, translation};
 pub use chosen::{Chosen, chosen};
+pub use clouds::{CloudSource, cloud};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
+pub use limit::{Limit, bounds};
 pub use observer::{Event, Observer, Silent, Stage};
 pub(crate) use tiles::{agree_on_crs, place, true_to_length};
 
@@ -118,18 +129,29 @@ fn run_both(
         let fault = InputError::new("the output", "no name", "the name of a file or folder");
         return Err(fault.remedy("Name it, or run into a sink of your own and without resuming").into());
     }
+    if job.crop_only {
+        crop::refuse_contradictions(job)?;
+    }
     let started = report::now();
     let mut journal = Journal::new(observer);
     let pool = job.pool()?;
     let mut plan = plan::plan(job, &mut journal)?;
     let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
     let ground = plan.ground.take();
-    let done = write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?;
+    let done = if job.crop_only {
+        crop::write(job, &plan, tasks, &pool, &mut journal, open)?
+    } else {
+        write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?
+    };
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
-    let exit_code = exit_code(&done.counts, &plan.inputs, done.lacks_terrain);
-    let outputs = plan.outputs().map(|path| path.display().to_string()).collect();
+    let exit_code = if job.crop_only {
+        whole_or_partial(&plan.inputs)
+    } else {
+        exit_code(&done.counts, &plan.inputs, done.lacks_terrain)
+    };
+    let outputs = done.outputs.iter().chain(&plan.report).map(|path| path.display().to_string()).collect();
     let (warnings, stages, watch) = journal.close();
     let report = Report {
         gable: env!("CARGO_PKG_VERSION").to_owned(),
@@ -162,6 +184,11 @@ fn run_both(
         checkpoint.remove()?;
     }
     Ok(report)
+}
+
+/// What the exit code of a run is of which no model was asked for.
+fn whole_or_partial(inputs: &Inputs) -> u8 {
+    if inputs.is_whole() { Verdict::Complete } else { Verdict::Partial }.exit_code()
 }
 
 /// What the exit code of a run is: a model of tiles that could not all be read is not what was asked for, nor one whose terrain

@@ -16,6 +16,8 @@ pub enum Stage {
     Reconstruct,
     /// Makes the terrain around the buildings, tile by tile in parallel, and writes it behind them.
     Terrain,
+    /// Writes the points of each building to a file of its own, instead of reconstructing it.
+    Crop,
     /// Completes the output file and gives it its name.
     Finish,
 }
@@ -28,6 +30,7 @@ impl Stage {
             Self::Segment => "collecting points",
             Self::Reconstruct => "reconstructing",
             Self::Terrain => "making the terrain",
+            Self::Crop => "cropping points",
             Self::Finish => "finishing the file",
         }
     }
@@ -36,7 +39,7 @@ impl Stage {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Read | Self::Finish => "file",
-            Self::Segment => "point",
+            Self::Segment | Self::Crop => "point",
             Self::Reconstruct => "building",
             Self::Terrain => "tile",
         }

@@ -48,10 +48,8 @@ pub fn spare_results(path: &Path, overwrite: bool) -> Result<(), InputError> {
     if path.is_dir() && !is_folder_of_a_format(path) {
         return Err(InputError::new(path, "a folder", "the name of a file"));
     }
-    if !overwrite && path.exists() {
-        let found = if path.is_dir() { "a folder of that name" } else { "a file of that name" };
-        let fault = InputError::new(path, found, "nothing, so that no result is lost");
-        return Err(fault.remedy("Give --overwrite to replace it, or another output"));
+    if !overwrite {
+        refuse_existing(path)?;
     }
     Ok(())
 }
@@ -68,6 +66,38 @@ pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
     match tempfile::tempfile_in(folder) {
         Ok(_) => Ok(()),
         Err(e) => Err(Error::io(folder, "write to", e)),
+    }
+}
+
+/// Refuses a place where something is.
+///
+/// # Errors
+/// The file or folder exists.
+pub fn refuse_existing(path: &Path) -> Result<(), InputError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let found = if path.is_dir() { "a folder of that name" } else { "a file of that name" };
+    let fault = InputError::new(path, found, "nothing, so that no result is lost");
+    Err(fault.remedy("Give --overwrite to replace it, or another output"))
+}
+
+/// The same for many files at once, whose folders are made as they are written.
+///
+/// # Errors
+/// As [`prepare`]; of files that exist, the first and how many there are.
+pub fn prepare_all(paths: &[&Path], overwrite: bool) -> Result<()> {
+    let there: Vec<&&Path> = paths.iter().filter(|path| path.exists()).collect();
+    if let Some(folder) = there.iter().find(|path| path.is_dir() && !is_folder_of_a_format(path)) {
+        return Err(InputError::new(folder, "a folder", "the name of a file").into());
+    }
+    match there.first() {
+        Some(first) if !overwrite => {
+            let found = format!("a file of that name: {} of {} are there", there.len(), paths.len());
+            let fault = InputError::new(first, found, "nothing, so that no result is lost");
+            Err(fault.remedy("Give --overwrite to replace them, or another output").into())
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,46 +1,51 @@
 //! Reading the inputs: what there is, in which CRS, and where the result goes.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
 use super::buildings::Task;
+use super::clouds::Cloud;
 use super::job::{FootprintSource, Job};
 use super::journal::Journal;
+use super::limit::Area;
 use super::observer::{Event, Observer, Stage};
 use super::single::{Look, StandIns};
-use super::{checkpoint, classes, output, roofprints, single, terrain, tiles};
-use crate::building::{Building, Measures, Outcome, Reason};
+use super::template::{Files, Template};
+use super::{checkpoint, classes, clouds, layer, output, roofprints, single, surveyed, terrain, tiles};
 use crate::error::{Error, InputError, Result};
-use crate::report::{Counts, CrsReport, FootprintsReport, Inputs};
+use crate::record::PointCloud;
+use crate::report::{Counts, CrsReport, Inputs};
 use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
-use crate::sink::{Format, is_reserved};
-use crate::site::{Frame, Site};
-use crate::solid::Model;
+use crate::sink::Format;
+use crate::site::Site;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
-use crate::source::footprints::{self, Footprint, FootprintLayer, FootprintOptions, Rejected, Within};
-use crate::source::points::{self, Extent, Tile, TileProblem};
+use crate::source::footprints::{Footprint, Rejected};
+use crate::source::points::{Tile, TileProblem};
 use crate::source::raster;
 use crate::terrain::GroundStore;
-
-/// So many names of attributes are shown in one warning.
-const SHOWN: usize = 10;
 
 /// What there is and where the result goes.
 pub(super) struct Plan {
     pub tiles: Vec<Tile>,
+    /// The clouds that the tiles are of, in the order in which they are looked at.
+    clouds: Vec<Cloud>,
     pub crs: Crs,
     pub crs_report: CrsReport,
-    /// The model's file; `None` when only a sink of the caller takes it.
+    /// The model's file, or what the checkpoint of a model in several files is named after; `None` when only a sink of the
+    /// caller takes it.
     pub model: Option<PathBuf>,
+    /// The files of a model that goes to several.
+    pub files: Option<Files>,
     /// The report's file, if it has one.
     pub report: Option<PathBuf>,
     /// What the model is of: the name of the footprint file, or of the only tile.
     pub title: String,
     pub inputs: Inputs,
     footprints: Vec<Footprint>,
+    /// Which of the footprints are to be reconstructed; the others are beside them.
+    is_wanted: Vec<bool>,
     rejected: Vec<Rejected>,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
@@ -67,13 +72,16 @@ impl Plan {
     pub(super) fn at(&self, tiles: Vec<Tile>) -> Self {
         Self {
             tiles,
+            clouds: self.clouds.clone(),
             crs: self.crs.clone(),
             crs_report: self.crs_report.clone(),
             model: None,
+            files: None,
             report: None,
             title: self.title.clone(),
             inputs: Inputs::default(),
             footprints: self.footprints.clone(),
+            is_wanted: self.is_wanted.clone(),
             rejected: Vec::new(),
             continues: false,
             segmentation: self.segmentation.clone(),
@@ -82,9 +90,10 @@ impl Plan {
         }
     }
 
-    /// The files to be written.
-    pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
-        self.model.iter().chain(&self.report).map(PathBuf::as_path)
+    /// The cloud of a tile, where there are several.
+    pub(super) fn cloud_of(&self, tile: &Tile) -> Option<&PointCloud> {
+        let cloud = self.clouds.iter().find(|cloud| cloud.paths.contains(&tile.path));
+        cloud.filter(|_| self.clouds.len() > 1).map(|cloud| &cloud.about)
     }
 }
 
@@ -94,12 +103,15 @@ impl Plan {
 /// As [`super::run`], as far as it can be told before the points are read.
 pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
     let fed = job.fed.as_ref();
-    let paths = if job.tiles.is_empty() && fed.is_some() { Vec::new() } else { points::expand(&job.tiles)? };
-    let names: Vec<PathBuf> = paths.iter().cloned().chain(fed.map(|fed| fed.name().to_path_buf())).collect();
+    let clouds = clouds::of_job(job)?;
+    let names: Vec<PathBuf> = clouds.iter().flat_map(|cloud| &cloud.paths).cloned().collect();
+    let is_file = |path: &&PathBuf| fed.is_none_or(|fed| fed.name() != path.as_path());
+    let paths: Vec<PathBuf> = names.iter().filter(is_file).cloned().collect();
     let footprint_path = job.footprints.as_ref().map(|source| source.path.as_path());
     let footprint_name = job.footprints.as_ref().map(FootprintSource::name);
     let has_model = !job.output.as_os_str().is_empty();
-    let model = has_model.then(|| output::model_path(&job.output, &names, footprint_name.as_deref()));
+    let template = Template::of(&job.output)?.filter(|_| !job.crop_only);
+    let model = has_model.then(|| job.base(&names)).transpose()?;
     // A report that stands next to the model belongs to it and is replaced with it.
     let report = job.report.clone().or_else(|| model.as_deref().map(output::report_path));
     let files = names.len() + usize::from(job.footprints.is_some()) + usize::from(job.roofprints.is_some());
@@ -115,24 +127,39 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
-                Format::of(model)?;
+                if template.is_none() {
+                    Format::of(model)?;
+                }
                 goes_on(job, model, journal)?
             }
             None => false,
         };
-        if let Some(model) = &model {
+        if let Some(model) = model.as_ref().filter(|_| template.is_none()) {
             output::prepare(model, job.overwrite || continues)?;
         }
         if let Some(report) = &report {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
-        let tiles::OpenTiles { tiles, reports } = tiles::open(&paths, fed, journal)?;
-        let read = |source: &FootprintSource| read_footprints(job, source, &tiles, journal);
-        let layer = job.footprints.as_ref().map(read).transpose()?;
-        let own_crs = layer.as_ref().and_then(|layer| layer.crs.clone());
+        let tiles::OpenTiles { tiles, mut reports } = tiles::open(&paths, fed, journal)?;
+        for cloud in clouds.iter().filter(|_| clouds.len() > 1) {
+            let own: Vec<String> = cloud.paths.iter().map(|path| path.display().to_string()).collect();
+            for report in reports.iter_mut().filter(|report| own.contains(&report.file)) {
+                report.cloud = Some(cloud.name().to_owned());
+            }
+        }
+        let area = match tiles::agree_on_crs(&tiles, job.crs.as_deref(), None) {
+            Ok((crs, ..)) if !job.limit.is_none() => Area::open(&job.limit, &crs, journal)?,
+            _ => None,
+        };
+        let outlines = job
+            .footprints
+            .as_ref()
+            .map(|source| layer::read(job, source, &tiles, area.as_ref(), journal))
+            .transpose()?;
+        let own_crs = outlines.as_ref().and_then(|layer| layer.crs.clone());
         tiles::refuse_emptiness(&tiles)?;
         let mut tiles = tiles.into_iter().map(|tile| tiles::place(tile, job.placement)).collect::<Result<Vec<_>>>()?;
-        let (crs, source, warnings) = match &layer {
+        let (crs, source, warnings) = match &outlines {
             Some(_) => tiles::agree_on_crs(&tiles, job.crs.as_deref(), own_crs.as_ref())?,
             None => tiles::agree_on_crs_or_none(&tiles, job.crs.as_deref(), job.placement.is_some())?,
         };
@@ -145,7 +172,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(warning);
         }
 
-        let (segmentation, warning) = classes::of_points(&tiles, &job.segmentation, layer.is_some());
+        let (segmentation, warning) = classes::of_points(&tiles, &job.segmentation, outlines.is_some());
         if let Some(warning) = warning {
             journal.warn(&warning);
         }
@@ -154,15 +181,16 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         let name =
             stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
         let mut inputs = Inputs { tiles: reports, ..Inputs::default() };
-        let (footprints, rejected, has_stand_ins) = if let Some(layer) = layer {
-            let (mut footprints, rejected, report) = bring(layer, &crs, journal)?;
+        let (footprints, is_wanted, rejected, has_stand_ins) = if let Some(outlines) = outlines {
+            let mut outlines = layer::bring(outlines, &crs, area.as_ref(), job, journal)?;
             journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
             if let Some(path) = &job.roofprints {
-                inputs.roofprints = Some(bring_roofs(job, path, &tiles, &mut footprints, &report, &crs, journal)?);
+                let roofs = layer::read(job, &roofprints::source(path), &tiles, area.as_ref(), journal)?;
+                inputs.roofprints = Some(roofprints::give(roofs, &mut outlines, &crs, job, journal)?);
                 journal.event(Event::Advanced { stage: Stage::Read, by: 1 });
             }
-            inputs.footprints = Some(report);
-            (footprints, rejected, false)
+            inputs.footprints = Some(outlines.report);
+            (outlines.footprints, outlines.is_wanted, outlines.rejected, false)
         } else {
             let look = Look {
                 options: &segmentation,
@@ -173,17 +201,27 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             for warning in &warnings {
                 journal.warn(warning);
             }
-            (footprints, Vec::new(), true)
+            let is_wanted = vec![true; footprints.len()];
+            (footprints, is_wanted, Vec::new(), true)
         };
+        let files = template.map(|template| template.files(&tiles, &footprints, &is_wanted, &rejected));
+        if let Some(files) = &files {
+            let outputs: Vec<&Path> = files.paths.iter().map(PathBuf::as_path).collect();
+            output::spare_inputs(&outputs, paths.iter().map(PathBuf::as_path).chain(footprint_path))?;
+            output::prepare_all(&outputs, job.overwrite || continues)?;
+        }
         Ok(Plan {
             tiles,
+            clouds,
             crs,
             crs_report,
             model,
+            files,
             report,
             title: job.title.clone().unwrap_or(name),
             inputs,
             footprints,
+            is_wanted,
             rejected,
             continues,
             segmentation,
@@ -191,31 +229,6 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             ground,
         })
     })
-}
-
-/// Reads the footprints; those far from all tiles only where the format cannot tell which they are.
-fn read_footprints(
-    job: &Job,
-    source: &FootprintSource,
-    tiles: &[Tile],
-    journal: &Journal<'_>,
-) -> Result<FootprintLayer> {
-    let mut options = source.options.clone();
-    if footprints::is_read_in_part(&source.path) {
-        let with_points = tiles.iter().filter(|tile| tile.points > 0);
-        let all: Option<Vec<Extent>> =
-            with_points.map(|tile| tile.extent.filter(|_| tile.is_true_to_its_extent())).collect();
-        let agreed = tiles::agree_on_crs(tiles, job.crs.as_deref(), None).ok();
-        if let (Some((crs, ..)), Some(all)) = (agreed, all.filter(|all| !all.is_empty())) {
-            let mut whole = Extent::EMPTY;
-            for extent in &all {
-                whole.join(extent);
-            }
-            let extent = [whole.min[0], whole.min[1], whole.max[0], whole.max[1]];
-            options.within = Some(Within { crs, extent });
-        }
-    }
-    footprints::read_until(&source.path, &options, &|| journal.interrupted())
 }
 
 /// Whether the run goes on from what another has left for `model`.
@@ -245,92 +258,6 @@ fn stem(path: &Path) -> String {
     name.split('.').find(|part| !part.is_empty()).unwrap_or("model").to_owned()
 }
 
-/// Brings footprints into the CRS of the tiles and says what is odd about them.
-fn bring(
-    mut layer: FootprintLayer,
-    crs: &Crs,
-    journal: &Journal<'_>,
-) -> Result<(Vec<Footprint>, Vec<Rejected>, FootprintsReport)> {
-    let file = layer.path.display().to_string();
-    let own_crs = layer.crs.as_ref().map(tiles::label);
-    for warning in &layer.warnings {
-        journal.warn(&format!("{file}: {warning}"));
-    }
-    if layer.footprints.is_empty() && layer.rejected.is_empty() && layer.has_more {
-        let fault = InputError::new(&layer.path, "no feature at the tiles", "footprints where the tiles are");
-        let remedy = "See whether they are of one place, and whether --crs and --footprint-crs are right";
-        return Err(fault.remedy(remedy).into());
-    }
-    if layer.footprints.is_empty() && layer.rejected.is_empty() {
-        let fault = InputError::new(&layer.path, "no feature", "footprints of buildings");
-        return Err(fault.remedy("Check --layer and --filter").into());
-    }
-    if let Some(clashes) = reserved(&layer) {
-        journal.warn(&format!("{file}: {clashes}"));
-    }
-    for warning in layer.reproject(crs)? {
-        journal.warn(&warning);
-    }
-    layer.reject_giants(crs);
-    if let Some(first) = layer.rejected.first() {
-        let (count, total) = (layer.rejected.len(), layer.rejected.len() + layer.footprints.len());
-        journal.warn(&format!(
-            "{file}: {count} of {total} features have no usable polygon and are written without geometry, the first of \
-             them {}: {}",
-            first.id, first.reason
-        ));
-    }
-    let report = FootprintsReport {
-        file,
-        footprints: layer.footprints.len(),
-        rejected: layer.rejected.len(),
-        missing: layer.missing,
-        is_damaged: layer.is_damaged,
-        crs: own_crs,
-        id_attribute: layer.id_attribute,
-    };
-    Ok((layer.footprints, layer.rejected, report))
-}
-
-/// Reads the outlines of roofs and gives them to their footprints, of which `known` tells what was read.
-fn bring_roofs(
-    job: &Job,
-    path: &Path,
-    tiles: &[Tile],
-    footprints: &mut [Footprint],
-    known: &FootprintsReport,
-    crs: &Crs,
-    journal: &Journal<'_>,
-) -> Result<FootprintsReport> {
-    let source = FootprintSource { path: path.to_path_buf(), options: FootprintOptions::default() };
-    let mut layer = read_footprints(job, &source, tiles, journal)?;
-    if layer.crs.is_none() {
-        layer.crs = job.footprints.as_ref().and_then(|source| source.options.crs.clone());
-    }
-    let (roofs, _, report) = bring(layer, crs, journal)?;
-    for warning in roofprints::attach(footprints, &roofs, known.id_attribute.as_deref()) {
-        journal.warn(&format!("{}: {warning}", report.file));
-    }
-    Ok(report)
-}
-
-/// What is to be told of attributes whose names are gable's own, such as those of a model that it made before.
-fn reserved(layer: &FootprintLayer) -> Option<String> {
-    let footprints = layer.footprints.iter().map(|footprint| &footprint.attributes);
-    let all = footprints.chain(layer.rejected.iter().map(|feature| &feature.attributes));
-    let names: BTreeSet<&str> = all.flat_map(|attributes| attributes.keys()).map(String::as_str).collect();
-    let names: Vec<&str> = names.into_iter().filter(|name| is_reserved(name)).collect();
-    let rest = names.len().saturating_sub(SHOWN);
-    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-    (!names.is_empty()).then(|| {
-        format!(
-            "the attributes {}{more} have names that are gable's or those of an Extension: they are written as `source_…`, \
-             and the notes of each building say so",
-            names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-        )
-    })
-}
-
 /// Collects the points of each footprint, on the threads of `pool`.
 ///
 /// # Errors
@@ -348,7 +275,10 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
                 (true, true) => segment_named,
             };
             let ground = plan.ground.as_ref();
-            pool.install(|| segment(&plan.tiles, footprints, &plan.crs, &plan.segmentation, &progress, ground))
+            let of_tiles = |tiles: &[Tile], footprints, options: &SegmentOptions| {
+                segment(tiles, footprints, &plan.crs, options, &progress, ground)
+            };
+            pool.install(|| surveyed::segment(&plan.clouds, &plan.tiles, footprints, &plan.segmentation, of_tiles))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;
     for warning in warnings {
@@ -369,14 +299,28 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
         journal.warn(&format!("{dropped} building points name a building that has no footprint; they are left out"));
     }
     plan.inputs.points = counts;
+    let (sites, notes) = wanted(sites, notes, &plan.is_wanted);
     let incomplete = sites.iter().filter(|site| !plan.has_stand_ins && !site.coverage.is_complete()).count();
     if incomplete > 0 {
         let total = sites.len();
         journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
     }
     let mut tasks = boxed(sites, notes, plan.has_stand_ins);
-    tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| rejected(feature, &plan.crs)));
+    tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| layer::rejected(feature, &plan.crs)));
+    if let Some(files) = &plan.files {
+        // One file is written after the other.
+        tasks.sort_by_key(|task| files.of_building.get(task.id()));
+    }
     Ok(tasks)
+}
+
+/// The sites that are wanted, with their notes.
+fn wanted(sites: Vec<Site>, notes: Vec<Vec<String>>, is_wanted: &[bool]) -> (Vec<Site>, Vec<Vec<String>>) {
+    if is_wanted.iter().all(|is_wanted| *is_wanted) {
+        return (sites, notes);
+    }
+    let both = sites.into_iter().zip(notes).zip(is_wanted).filter(|(_, is_wanted)| **is_wanted);
+    both.map(|(both, _)| both).unzip()
 }
 
 /// The sites as tasks. They are taken from the end and their memory is given back on the way: of a city, both lists would
@@ -408,20 +352,6 @@ fn name_the_footprints(error: Error, plan: &Plan) -> Error {
         }
         (error, _) => error,
     }
-}
-
-/// What is written of a feature without a usable polygon: its attributes and what is wrong with it.
-fn rejected(feature: Rejected, crs: &Crs) -> Task {
-    let Rejected { id, attributes, reason, .. } = feature;
-    Task::Keep(Box::new(Building {
-        id,
-        frame: Frame { origin: [0.0; 3], metres_per_unit: crs.metres_per_unit },
-        attributes,
-        model: Model::default(),
-        outcome: Outcome::Rejected { reason: Reason::NoPolygon, detail: reason },
-        measures: Measures::default(),
-        notes: Vec::new(),
-    }))
 }
 
 /// Says which classes there are when no footprint holds a point of those that were asked for.

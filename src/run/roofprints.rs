@@ -1,23 +1,80 @@
 //! Which roof belongs to which footprint, where the outlines of roofs are mapped beside those of walls.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use geo::{Area, BooleanOps, BoundingRect, Intersects, MultiPolygon};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use serde_json::Value;
 
-use crate::source::footprints::Footprint;
+use super::job::{FootprintSource, Job};
+use super::journal::Journal;
+use super::layer::Outlines;
+use super::tiles;
+use crate::error::{InputError, Result};
+use crate::report::FootprintsReport;
+use crate::source::crs::Crs;
+use crate::source::footprints::{Footprint, FootprintLayer, FootprintOptions};
 
 /// A roof is that of a footprint of which it covers at least this share.
 const LEAST_SHARE: f64 = 0.5;
 
 type Tree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
 
+/// The outlines of roofs as a source: of their file everything is taken.
+pub(super) fn source(path: &Path) -> FootprintSource {
+    FootprintSource { path: path.to_path_buf(), options: FootprintOptions::default() }
+}
+
+/// Brings the outlines of roofs into the CRS of the tiles and gives them to their footprints, and says what was read.
+///
+/// # Errors
+/// There are none, or they cannot be brought into the CRS.
+pub(super) fn give(
+    mut layer: FootprintLayer,
+    outlines: &mut Outlines,
+    crs: &Crs,
+    job: &Job,
+    journal: &Journal<'_>,
+) -> Result<FootprintsReport> {
+    let file = layer.path.display().to_string();
+    if layer.crs.is_none() {
+        layer.crs = job.footprints.as_ref().and_then(|source| source.options.crs.clone());
+    }
+    let own_crs = layer.crs.as_ref().map(tiles::label);
+    if layer.footprints.is_empty() {
+        let fault = InputError::new(&layer.path, "no polygon where the tiles are", "the outlines of roofs");
+        return Err(fault.remedy("See whether they are of one place, and in which CRS they are").into());
+    }
+    let warnings = std::mem::take(&mut layer.warnings);
+    for warning in warnings.into_iter().chain(layer.reproject(crs)?) {
+        journal.warn(&format!("{file}: {warning}"));
+    }
+    layer.reject_giants(crs);
+    if !layer.rejected.is_empty() {
+        journal.warn(&format!("{file}: {} features have no usable polygon and are left out", layer.rejected.len()));
+    }
+    let id = outlines.report.id_attribute.as_deref();
+    for warning in attach(&mut outlines.footprints, &layer.footprints, id) {
+        journal.warn(&format!("{file}: {warning}"));
+    }
+    Ok(FootprintsReport {
+        file,
+        footprints: layer.footprints.len(),
+        rejected: layer.rejected.len(),
+        outside: 0,
+        missing: layer.missing,
+        is_damaged: layer.is_damaged,
+        crs: own_crs,
+        id_attribute: layer.id_attribute,
+    })
+}
+
 /// Gives each of the `footprints` its roof among `roofs`, which are in the same CRS: the one of the same id, as the attribute
 /// `id` of the roofs tells, or else the one that covers most of it. A roof ends where another footprint begins. Returns
 /// what the user should know, one sentence each.
-pub(super) fn attach(footprints: &mut [Footprint], roofs: &[Footprint], id: Option<&str>) -> Vec<String> {
+fn attach(footprints: &mut [Footprint], roofs: &[Footprint], id: Option<&str>) -> Vec<String> {
     let by_id: HashMap<String, usize> = id.map_or_else(HashMap::new, |id| {
         let named = roofs.iter().enumerate();
         named.filter_map(|(index, roof)| Some((text(roof.attributes.get(id)?)?, index))).collect()

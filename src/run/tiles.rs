@@ -33,6 +33,7 @@ pub fn open(paths: &[PathBuf], fed: Option<&Fed>, observer: &dyn Observer) -> Re
     for path in paths {
         let mut report = TileReport {
             file: path.display().to_string(),
+            cloud: None,
             points: 0,
             missing_points: 0,
             left_out: false,
@@ -67,6 +68,7 @@ pub fn open(paths: &[PathBuf], fed: Option<&Fed>, observer: &dyn Observer) -> Re
         open.tiles.extend_from_slice(fed.tiles());
         open.reports.push(TileReport {
             file: fed.name().display().to_string(),
+            cloud: None,
             points: fed.points(),
             missing_points: 0,
             left_out: false,

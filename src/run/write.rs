@@ -1,20 +1,24 @@
 //! Reconstructing and writing: buildings go to the sink as they get done.
 
+use std::path::PathBuf;
+
 use rayon::ThreadPool;
 
 use super::buildings::{Task, reconstruct_all};
 use super::checkpoint::{self, Checkpoint};
+use super::files::ManyFiles;
 use super::identity::{Identity, hash_of};
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
+use super::template::Files;
 use super::terrain;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts, TerrainReport};
-use crate::sink::{self, Encoder, Feature, Metadata, Sink};
-use crate::site::{QUANTUM, Site};
+use crate::sink::{self, Encoder, Feature, Metadata, PREFIX, PREFIX_MEMBER, Sink};
+use crate::site::Site;
 use crate::source::cityjson::Transform;
 use crate::terrain::{GroundStore, Outlines};
 
@@ -29,6 +33,8 @@ pub(super) struct Done {
     pub(super) terrain: Option<TerrainReport>,
     /// Whether an interruption cost terrain.
     pub(super) lacks_terrain: bool,
+    /// The files of the model.
+    pub(super) outputs: Vec<PathBuf>,
     /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
     pub(super) checkpoint: Option<Checkpoint>,
 }
@@ -66,13 +72,30 @@ pub(super) fn write(
         });
     }
     let overwrite = job.overwrite || plan.continues;
-    let outcome = sink::create_in(Some(checkpoint.folder()), model, head, overwrite).and_then(|file| {
+    let mut outputs = Vec::new();
+    let file: Result<Box<dyn Sink + '_>> = match &plan.files {
+        Some(files) => {
+            let heads = heads_of_files(job, plan, &tasks, files);
+            Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
+        }
+        None => {
+            outputs.push(model.clone());
+            sink::create_in(Some(checkpoint.folder()), model, head, overwrite).map(|sink| sink as Box<dyn Sink>)
+        }
+    };
+    let mut outcome = file.and_then(|file| {
         let mut writer = Writer { job, plan, pool, sinks: std::iter::once(file).chain(own).collect() };
         writer.write((tasks, ground), journal, method, Some(&checkpoint))
     });
+    if let (Some(files), Ok(done)) = (&plan.files, &mut outcome) {
+        for building in &mut done.buildings {
+            let file = files.of_building.get(&building.id).and_then(|&file| files.paths.get(file));
+            building.file = file.map(|file| file.display().to_string());
+        }
+    }
     let is_whole = matches!(&outcome, Ok(done) if done.counts.not_reached == 0 && !done.lacks_terrain);
     if is_whole {
-        return outcome.map(|done| Done { checkpoint: Some(checkpoint), ..done });
+        return outcome.map(|done| Done { outputs, checkpoint: Some(checkpoint), ..done });
     }
     let folder = checkpoint.folder().display().to_string();
     drop(checkpoint);
@@ -83,7 +106,7 @@ pub(super) fn write(
         // Nothing is lost by its end, and whatever stopped the run is what the user must be told.
         _ => drop(std::fs::remove_dir_all(&folder)),
     }
-    outcome
+    outcome.map(|done| Done { outputs, ..done })
 }
 
 /// Writes a model to all of its sinks.
@@ -104,10 +127,12 @@ impl Writer<'_> {
         checkpoint: Option<&Checkpoint>,
     ) -> Result<Done> {
         let Self { job, plan, pool, sinks } = self;
-        let mut encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+        let encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+        let mut encoder = encoder.with_attributes(job.attributes.clone());
         let mut outlines = ground.is_some().then(Outlines::default);
         let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-            reconstruct_all(tasks, pool, journal, checkpoint, method, |building| {
+            let grid_steps = job.parameters.grid_steps().unwrap_or(1);
+            reconstruct_all(tasks, pool, journal, checkpoint, grid_steps, method, |building| {
                 if let Some(outlines) = &mut outlines {
                     outlines.add(building);
                 }
@@ -144,26 +169,48 @@ impl Writer<'_> {
             Ok(())
         })?;
         let lacks_terrain = job.terrain.is_some() && terrain.as_ref().is_none_or(|terrain| terrain.not_reached > 0);
-        Ok(Done { counts, buildings, terrain, lacks_terrain, checkpoint: None })
+        Ok(Done { counts, buildings, terrain, lacks_terrain, outputs: Vec::new(), checkpoint: None })
     }
 }
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
-fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
-    // The corner of all frames depends on the footprints alone, as each frame does.
-    let origins = || tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
-    let corner = |axis: usize| origins().map(|o| o[axis]).fold(f64::INFINITY, f64::min);
-    let translate = std::array::from_fn(|axis| Some(corner(axis)).filter(|c| c.is_finite()).unwrap_or(0.0).round());
+pub(super) fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
+    head(job, plan, corner(tasks.iter()))
+}
+
+/// The heads of the files of a model: each as if its buildings were all.
+fn heads_of_files(job: &Job, plan: &Plan, tasks: &[Task], files: &Files) -> Vec<Metadata> {
+    let mut of_file: Vec<Vec<&Task>> = vec![Vec::new(); files.paths.len()];
+    for task in tasks {
+        if let Some(tasks) = files.of_building.get(task.id()).and_then(|&file| of_file.get_mut(file)) {
+            tasks.push(task);
+        }
+    }
+    of_file.into_iter().map(|tasks| head(job, plan, corner(tasks.into_iter()))).collect()
+}
+
+/// The corner of all frames. It depends on the footprints alone, as each frame does.
+fn corner<'a>(tasks: impl Iterator<Item = &'a Task>) -> [f64; 3] {
+    let origins = tasks.filter_map(Task::site).map(|site| site.frame.origin);
+    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
+    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
+}
+
+fn head(job: &Job, plan: &Plan, translate: [f64; 3]) -> Metadata {
     let is_local = plan.crs.is_local();
     let mut others = Metadata::making(parameters(job));
     if is_local {
         others.insert("gable_coordinates".to_owned(), plan.crs.name.clone().into());
     }
+    // Whoever reads the model finds gable's attributes by it.
+    if job.attributes.prefix != PREFIX {
+        others.insert(PREFIX_MEMBER.to_owned(), job.attributes.prefix.clone().into());
+    }
     Metadata {
         title: plan.title.clone(),
         reference_system: plan.crs.reference_system(),
         crs: (!is_local).then(|| plan.crs.clone()),
-        transform: Transform { scale: [QUANTUM; 3], translate },
+        transform: Transform { scale: [job.parameters.grid_scale; 3], translate: job.translation.unwrap_or(translate) },
         others,
         extensions: None,
     }

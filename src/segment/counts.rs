@@ -46,7 +46,7 @@ pub struct PointCounts {
 
 impl PointCounts {
     /// Adds other counts.
-    pub(super) fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.read += other.read;
         self.passed_over += other.passed_over;
         self.kept += other.kept;

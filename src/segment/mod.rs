@@ -6,6 +6,7 @@
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
 //! ground around it, and, where no ground was scanned around it, on which floors they stand.
 
+mod change;
 mod counts;
 mod coverage;
 mod ground;
@@ -15,6 +16,8 @@ mod neighbourhood;
 mod options;
 mod outside;
 mod refuse;
+mod roof_height;
+mod scanned;
 mod strays;
 mod thinned;
 mod unused;
@@ -23,10 +26,13 @@ mod vegetation;
 #[cfg(test)]
 mod tests;
 
+pub use change::between;
 pub use counts::{DroppedPoints, PointCounts};
-pub use options::{AnyClass, BuildingClasses, GroundLevel, NOISE, SegmentOptions, UseFlagged};
+pub use options::{AnyClass, BuildingClasses, GroundLevel, HeightAbove, NOISE, SegmentOptions, UseFlagged};
+pub use scanned::Scanned;
 
 use crate::error::Result;
+use crate::record::Record;
 use crate::site::{Coverage, Eaves, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
@@ -41,7 +47,7 @@ use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
 /// What segmentation gives.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Segmentation {
     /// One site per footprint, in the order of the footprints.
     pub sites: Vec<Site>,
@@ -164,8 +170,11 @@ fn join(
         points.sort_unstable_by(lexicographic);
         points.dedup();
     });
-    let stated = ground::read_stated(&footprints, &all, crs, |index| used[index] > 0, options)?;
+    // A building without points stands on its ground, too, where the height of its roof is stated.
+    let is_asked = |index: usize| used[index] > 0 || options.roof_height_attribute.is_some();
+    let stated = ground::read_stated(&footprints, &all, crs, is_asked, options)?;
     let grounds = ground::estimate(&all, &harvest.ground, &harvest.lows, &gathered, &stated, meaning, options);
+    let roofs = roof_height::stated(&footprints, &all, &grounds, options);
     let inner: Vec<_> = (0..footprints.len()).map(|index| harvest.inner_ground.remove(&index)).collect();
     let counts = Mutex::new(harvest.counts);
     let finished: Vec<Finished> = gathered
@@ -211,6 +220,7 @@ fn join(
             covered,
             eaves,
             attributes,
+            record: Record { roof_height: roofs.get(&index).copied(), ..Record::default() },
         });
         let mut own_notes = footprint.notes;
         own_notes.extend(stated.notes.get(&index).cloned());

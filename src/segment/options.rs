@@ -104,6 +104,17 @@ pub enum GroundLevel {
     Plane,
 }
 
+/// What heights that the user states are counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeightAbove {
+    /// The zero of the heights of the points: sea level, mostly.
+    #[default]
+    Datum,
+    /// The floor of the building.
+    Ground,
+}
+
 /// How tiles and footprints become sites. All lengths are metres, whatever the unit of the CRS.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -129,10 +140,24 @@ pub struct SegmentOptions {
     /// Attribute of the footprints that holds the height of the floor, in the vertical unit of the CRS of the points; it goes
     /// before a terrain model and the points. Where it holds no number the floor comes from these, with a note.
     pub ground_attribute: Option<String>,
+    /// Attribute of the footprints that holds the height of the roof, in the vertical unit of the CRS of the points: a
+    /// building without points on its roof becomes a block of this height instead of a footprint.
+    pub roof_height_attribute: Option<String>,
+    /// What the heights of `roof_height_attribute` are counted from.
+    pub roof_height_above: HeightAbove,
     /// Terrain model from which the height of the ground is taken: a GeoTIFF, a folder of such or a glob pattern, in any
     /// CRS, their heights in the vertical system of the points; where sheets lie over each other the finest that has a
     /// height counts. It goes before the points; where it has no height they are asked.
     pub dtm: Option<PathBuf>,
+    /// Of several point clouds: one with fewer building points per square metre of a footprint than this is too thin for it,
+    /// and the next is looked at.
+    pub cloud_density: f64,
+    /// Of several point clouds: one that leaves a larger share of a footprint than this (0 to 1) farther than 1 m from any
+    /// building point is too thin for it.
+    pub cloud_no_data: f64,
+    /// Attribute of the footprints that holds the year in which the building was built: no point cloud of an earlier year is
+    /// taken for it.
+    pub year_attribute: Option<String>,
     /// With `any`: points lower than this above the ground are not building points, metres.
     pub least_height: f64,
     /// With `any`: a point is vegetation when neither it nor a neighbour of it lies in a flat neighbourhood: one whose
@@ -158,7 +183,12 @@ impl Default for SegmentOptions {
             ground: GroundLevel::Lowest,
             ground_percentile: 5.0,
             ground_attribute: None,
+            roof_height_attribute: None,
+            roof_height_above: HeightAbove::Datum,
             dtm: None,
+            cloud_density: 1.0,
+            cloud_no_data: 0.3,
+            year_attribute: None,
             least_height: 1.5,
             flatness: 0.03,
             hover_gap: 3.0,

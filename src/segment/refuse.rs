@@ -20,6 +20,8 @@ pub(super) fn options(options: &SegmentOptions) -> Result<()> {
         ("ring_width", options.ring_width, any.clone()),
         ("ring_limit", options.ring_limit, 0.0..=f64::MAX),
         ("ground_percentile", options.ground_percentile, 0.0..=100.0),
+        ("cloud_density", options.cloud_density, 0.0..=f64::MAX),
+        ("cloud_no_data", options.cloud_no_data, 0.0..=1.0),
         ("least_height", options.least_height, 0.0..=f64::MAX),
         ("flatness", options.flatness, 0.0..=1.0),
         ("hover_gap", options.hover_gap, any.clone()),

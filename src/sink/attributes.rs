@@ -3,14 +3,15 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::header::PointCloud;
+use super::selection::{AttributeOptions, Names, PREFIX};
 use crate::building::{Building, Outcome, RoofHeights};
 use crate::completeness::Extents;
+use crate::record::{Change, PointCloud};
 use crate::site::Frame;
 
 /// An attribute that gable gives a building.
 pub struct Attribute {
-    /// Its name in the model.
+    /// Its name in the model, unless another prefix is asked for.
     pub name: &'static str,
     /// Its unit; empty for text, counts and shares. `CRS` is the vertical unit of the CRS.
     pub unit: &'static str,
@@ -31,6 +32,15 @@ impl Subject<'_> {
     /// An absolute height from one in metres of the local frame.
     fn height(&self, local: Option<f64>) -> Option<Value> {
         height(&self.building.frame, local?).map(Value::from)
+    }
+
+    /// The point cloud that the building is of.
+    fn cloud(&self) -> &PointCloud {
+        self.building.record.cloud.as_ref().map_or(self.point_cloud, |of| &of.cloud)
+    }
+
+    fn change(&self) -> Option<&Change> {
+        self.building.record.change.as_ref()
     }
 
     fn extent(&self, pick: fn(&Extents) -> f64) -> Option<Value> {
@@ -105,6 +115,9 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_height_roof_70p", "CRS", "70th percentile of the heights of the roof points: top of LoD 1.2", |s| {
         s.roof_height(|h| h.p70)
     }),
+    row("gable_height_roof_98p", "CRS", "98th percentile of the heights of the roof points", |s| {
+        s.roof_height(|h| h.p98)
+    }),
     row(
         "gable_height_roof_max",
         "CRS",
@@ -113,6 +126,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     ),
     row("gable_height_ridge", "CRS", "height of the highest edge between two roof planes", |s| {
         s.height(s.building.measures.ridge_height)
+    }),
+    row("gable_ridges", "", "number of ridges: level lines from which two roof planes fall", |s| {
+        s.building.measures.ridges.map(|ridges| ridges.count.into())
+    }),
+    row("gable_ridge_length", "m", "length of all ridges together", |s| {
+        number(s.building.measures.ridges.map(|ridges| ridges.length), 2)
     }),
     row(
         "gable_rmse_lod12",
@@ -187,10 +206,30 @@ pub const ATTRIBUTES: &[Attribute] = &[
         s.building.model.lod23().next().map(|_| json!([]))
     }),
     row("gable_point_cloud_source", "", "name of the point cloud, as given", |s| {
-        s.point_cloud.source.clone().map(Value::from)
+        s.cloud().source.clone().map(Value::from)
     }),
     row("gable_point_cloud_date", "", "when the point cloud was recorded, as given", |s| {
-        s.point_cloud.date.clone().map(Value::from)
+        s.cloud().date.clone().map(Value::from)
+    }),
+    row(
+        "gable_point_cloud_choice",
+        "",
+        "of several point clouds, why it is made from this one: first, others-too-thin, best-of-thin, others-outdated or \
+         none-new-enough",
+        |s| s.building.record.cloud.as_ref().and_then(|cloud| keyword(cloud.choice)),
+    ),
+    row("gable_is_mutated", "", "whether it has changed between two surveys, where two point clouds tell", |s| {
+        s.change().map(|change| change.mutation.is_some().into())
+    }),
+    row("gable_mutation", "", "what became of it between two surveys: built, torn-down, raised or lowered", |s| {
+        s.change()?.mutation.and_then(keyword)
+    }),
+    row("gable_mutated_area", "m²", "how much of it has changed between two surveys", |s| {
+        number(s.change().filter(|change| change.mutation.is_some()).map(|change| change.area), 0)
+    }),
+    row("gable_mutated_since", "", "the older of the two surveys: the name of its point cloud, or its date", |s| {
+        let since = s.change()?.since.as_ref()?;
+        since.source.clone().or_else(|| since.date.clone()).map(Value::from)
     }),
     row("gable_points", "", "number of building points", |s| Some(s.building.measures.points.into())),
     row("gable_point_density", "1/m²", "building points per area of footprint", |s| {
@@ -226,41 +265,96 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row("gable_primitives", "", "number of planes found in the points", |s| {
         (s.building.measures.points > 0).then(|| s.building.measures.primitives.into())
     }),
+    row("gable_points_file", "", "the file of its points beside the index, where they were cropped", |s| {
+        s.building.record.points_file.as_ref().map(|file| file.name.clone().into())
+    }),
+    row("gable_points_in_file", "", "number of points in that file, of all classes", |s| {
+        s.building.record.points_file.as_ref().map(|file| file.points.into())
+    }),
     row("gable_notes", "", "what else there is to know: repairs, a made-up id, an incomplete tile", |s| {
         (!s.notes.is_empty()).then(|| s.notes.clone().into())
     }),
 ];
 
-/// All attributes of a building: the source's as they are, then gable's.
-///
-/// A name that begins with `+` would ask for an Extension, and one of gable's would be hidden: such a source attribute is
-/// written as `source_…`, and a note says so.
-pub(super) fn of(building: &Building, point_cloud: &PointCloud) -> Map<String, Value> {
-    let mut out = Map::new();
-    let mut notes = building.notes.clone();
-    for (name, value) in &building.attributes {
-        let mut written = name.clone();
-        if is_reserved(name) {
-            written = format!("source_{}", name.trim_start_matches('+'));
-            while building.attributes.contains_key(&written) || out.contains_key(&written) {
-                written.insert_str(0, "source_");
-            }
-            notes.push(format!("the attribute {name:?} is written as {written:?}"));
-        }
-        out.insert(written, value.clone());
+impl Attribute {
+    /// Its name without the prefix.
+    pub fn bare(&self) -> &'static str {
+        self.name.strip_prefix(PREFIX).unwrap_or(self.name)
     }
-    let subject = Subject { building, point_cloud, notes };
-    for attribute in ATTRIBUTES {
-        if let Some(value) = (attribute.value)(&subject) {
-            out.insert(attribute.name.to_owned(), value);
-        }
-    }
-    out
 }
 
-/// Whether an attribute of this name is written under another; see [`Encoder`](super::Encoder).
-pub fn is_reserved(name: &str) -> bool {
-    name.starts_with('+') || ATTRIBUTES.iter().any(|attribute| attribute.name == name)
+/// Some of gable's own attributes, by their names with or without the prefix.
+///
+/// # Errors
+/// One that does not exist, with the nearest that does.
+pub fn own_names(text: &str) -> Result<Names, String> {
+    let names: Names = text.parse()?;
+    let known = || ATTRIBUTES.iter().flat_map(|attribute| [attribute.name, attribute.bare()]);
+    let Some(unknown) = names.unknown(known()) else { return Ok(names) };
+    let unknown = unknown.to_string();
+    let likeness = |name: &str| strsim::jaro_winkler(&unknown.to_lowercase(), name);
+    let nearest = known().max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or_default();
+    Err(format!("there is no attribute {unknown}; the nearest is {nearest}"))
+}
+
+/// The attributes that are written, gable's own under their names.
+#[derive(Debug)]
+pub(super) struct Chosen {
+    /// Indices into [`ATTRIBUTES`], with the name of each.
+    own: Vec<(usize, String)>,
+    options: AttributeOptions,
+}
+
+impl Default for Chosen {
+    fn default() -> Self {
+        Self::new(AttributeOptions::default())
+    }
+}
+
+impl Chosen {
+    /// Those that are asked for.
+    pub(super) fn new(options: AttributeOptions) -> Self {
+        let is_chosen = |(_, a): &(usize, &Attribute)| options.own.have(a.name) || options.own.have(a.bare());
+        let named = |(i, a): (usize, &Attribute)| (i, format!("{}{}", options.prefix, a.bare()));
+        let own = ATTRIBUTES.iter().enumerate().filter(is_chosen).map(named).collect();
+        Self { own, options }
+    }
+
+    /// The attributes of a building: the source's as they are, then gable's.
+    ///
+    /// A name that begins with `+` would ask for an Extension, and one of gable's would be hidden: such a source attribute
+    /// is written as `source_…`, and a note says so.
+    pub(super) fn of(&self, building: &Building, point_cloud: &PointCloud) -> Map<String, Value> {
+        let mut out = Map::new();
+        let mut notes = building.notes.clone();
+        for (name, value) in building.attributes.iter().filter(|(name, _)| self.options.source.have(name)) {
+            let mut written = name.clone();
+            if self.options.reserves(name) {
+                written = format!("source_{}", name.trim_start_matches('+'));
+                while building.attributes.contains_key(&written) || out.contains_key(&written) {
+                    written.insert_str(0, "source_");
+                }
+                notes.push(format!("the attribute {name:?} is written as {written:?}"));
+            }
+            out.insert(written, value.clone());
+        }
+        let subject = Subject { building, point_cloud, notes };
+        for (index, name) in &self.own {
+            if let Some(value) = ATTRIBUTES.get(*index).and_then(|attribute| (attribute.value)(&subject)) {
+                out.insert(name.clone(), value);
+            }
+        }
+        out
+    }
+}
+
+impl AttributeOptions {
+    /// Whether an attribute of the source of this name is written under another: it is one of gable's, chosen or not, so
+    /// that nobody takes it for what gable says; or it asks for an Extension.
+    pub fn reserves(&self, name: &str) -> bool {
+        let bare = name.strip_prefix(self.prefix.as_str());
+        name.starts_with('+') || ATTRIBUTES.iter().any(|attribute| bare == Some(attribute.bare()))
+    }
 }
 
 /// A height in metres of the local frame as a height in the vertical unit of the CRS, to three decimals.

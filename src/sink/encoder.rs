@@ -7,11 +7,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use serde_json::{Map, Value};
 
 use super::Feature;
-use super::attributes::{self, rounded};
-use super::header::PointCloud;
+use super::attributes::{self, Chosen, rounded};
+use super::selection::AttributeOptions;
 use crate::building::Building;
+use crate::record::PointCloud;
 use crate::site::QUANTUM;
-use crate::solid::{Solid, Surface, SurfaceType};
+use crate::solid::{RoofPolygon, Solid, Surface, SurfaceType};
 use crate::source::cityjson::{CityObject, Face, Geometry, GeometryKind, SemanticSurface, Shell};
 
 /// Grid steps in a unit of the CRS.
@@ -56,13 +57,20 @@ impl<'a> FromIterator<&'a str> for Ids {
 pub struct Encoder {
     ids: Ids,
     point_cloud: PointCloud,
+    attributes: Chosen,
 }
 
 impl Encoder {
     /// An encoder of buildings made from this point cloud; `ids` are those of all buildings to come, so that no part
-    /// takes the id of a building.
+    /// takes the id of a building. All attributes are written; see [`Self::with_attributes`].
     pub fn new(ids: Ids, point_cloud: PointCloud) -> Self {
-        Self { ids, point_cloud }
+        Self { ids, point_cloud, attributes: Chosen::default() }
+    }
+
+    /// The same that writes these attributes only.
+    #[must_use]
+    pub fn with_attributes(self, options: AttributeOptions) -> Self {
+        Self { attributes: Chosen::new(options), ..self }
     }
 
     /// A building with the attributes of the source and those of [`ATTRIBUTES`](super::ATTRIBUTES), and its parts.
@@ -75,10 +83,14 @@ impl Encoder {
         let mut whole = CityObject {
             id: building.id.clone(),
             kind: "Building".to_owned(),
-            attributes: attributes::of(building, &self.point_cloud),
+            attributes: self.attributes.of(building, &self.point_cloud),
             ..CityObject::default()
         };
         whole.geometries.extend(footprint(building, &mut vertices));
+        let model = &building.model;
+        for (lod, roofs) in [("0.1", &model.roof_outlines), ("0.3", &model.roof_parts)] {
+            whole.geometries.extend(flat_roofs(building, roofs, lod, &mut vertices));
+        }
         let mut parts = Vec::new();
         for part in building.model.parts.iter().filter(|part| part.solids().next().is_some()) {
             let solids = [("1.2", &part.lod12), ("1.3", &part.lod13), ("2.2", &part.lod22), ("2.3", &part.lod23)];
@@ -161,6 +173,29 @@ fn footprint(building: &Building, vertices: &mut Vertices) -> Option<Geometry> {
         kind: GeometryKind::MultiSurface,
         shells: vec![Shell { solid: 0, faces }],
         surfaces: vec![semantic_surface(building, &Surface::of(SurfaceType::Ground))],
+        instance: None,
+    })
+}
+
+/// LoD 0.1 or 0.3: level polygons at the heights of roofs, each a surface of its own; `None` without any.
+fn flat_roofs(building: &Building, roofs: &[RoofPolygon], lod: &str, vertices: &mut Vertices) -> Option<Geometry> {
+    let step = building.frame.step()[2];
+    let mut faces = Vec::with_capacity(roofs.len());
+    let mut surfaces = Vec::with_capacity(roofs.len());
+    for (roof, index) in roofs.iter().zip(0_u32..) {
+        let rings = roof.polygon.iter();
+        let rings =
+            rings.map(|ring| ring.iter().map(|p| vertices.index([p[0], p[1], roof.height])).collect()).collect();
+        faces.push(Face { rings, surface: Some(index) });
+        let heights = Some([roof.height as f64 * step; 2]);
+        let surface = Surface { slope: Some(0.0), heights, ..Surface::of(SurfaceType::Roof) };
+        surfaces.push(semantic_surface(building, &surface));
+    }
+    (!faces.is_empty()).then(|| Geometry {
+        lod: lod.to_owned(),
+        kind: GeometryKind::MultiSurface,
+        shells: vec![Shell { solid: 0, faces }],
+        surfaces,
         instance: None,
     })
 }

@@ -54,16 +54,6 @@ impl Metadata {
     }
 }
 
-/// The point cloud that models were made from, in the words of whoever made them. Files do not tell: the names and dates of
-/// tiles change with the way a cloud was cut.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct PointCloud {
-    /// Its name, such as `AHN3`.
-    pub source: Option<String>,
-    /// When it was recorded, such as `2014` or `2014-03-04`.
-    pub date: Option<String>,
-}
-
 /// The OGC URL of a CRS code: `EPSG:7415` → `https://www.opengis.net/def/crs/EPSG/0/7415`.
 ///
 /// `None` when it is not an authority and a code: CityJSON 2.0 has no way to name such a system (a compound

@@ -29,6 +29,7 @@ mod header;
 mod json;
 mod obj;
 mod output;
+mod selection;
 mod sequence;
 mod stream;
 #[cfg(test)]
@@ -36,12 +37,14 @@ mod tests;
 mod tileset;
 mod vertices;
 
-pub use attributes::{ATTRIBUTES, Attribute, is_reserved};
+pub use crate::record::PointCloud;
+pub use attributes::{ATTRIBUTES, Attribute, own_names};
 pub use encoder::{Encoder, Ids};
 pub use feature::{Feature, Split};
-pub use header::{Metadata, PointCloud, reference_system};
+pub use header::{Metadata, reference_system};
 pub(crate) use output::temporary;
 pub use output::{copy_whole, write_json, write_whole};
+pub use selection::{AttributeOptions, Name, Names, PREFIX, PREFIX_MEMBER, own, prefix, prefix_in};
 pub use sequence::Sequence;
 pub use stream::{is_standard_output, is_stream, stream};
 

@@ -150,6 +150,8 @@ fn walk(folder: &Path, pattern: &glob::Pattern, found: &mut Vec<PathBuf>) -> Res
     Ok(())
 }
 
+/// Whether the name of a file ends with an extension, which may have a dot in it, and is more than that.
 fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    name.strip_suffix(extension).is_some_and(|stem| stem.len() > 1 && stem.ends_with('.'))
 }

@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 
 use crate::audit::{self, audit};
 use crate::error::{Error, InputError, Result};
+use crate::sink::prefix_in;
 use crate::site::Frame;
 use crate::source::cityjson::{self, CityObject};
 use crate::source::crs::Crs;
@@ -112,6 +113,7 @@ pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u6
     }
     let found = audit(model, &audit::Options { schema: false, ..audit::Options::default() }, progress)?;
     let name = model.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let prefix = prefix_in(pieces.head()).to_owned();
     let metres_per_unit = crs.as_ref().map_or([1.0; 3], |crs| crs.metres_per_unit);
     let mut payload: Option<Payload> = None;
     let mut checked = found.features.iter();
@@ -124,7 +126,7 @@ pub fn build(model: &Path, options: &Options, progress: &mut dyn FnMut(usize, u6
         };
         let payload = payload.get_or_insert_with(|| {
             let first = piece.vertices.first().copied().unwrap_or_default();
-            Payload::new(Frame { origin: first.map(f64::floor), metres_per_unit })
+            Payload::new(Frame { origin: first.map(f64::floor), metres_per_unit }, &prefix)
         });
         for group in piece.groups() {
             let group: Vec<&CityObject> = group.into_iter().filter_map(|i| piece.objects.get(i)).collect();

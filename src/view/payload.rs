@@ -20,7 +20,7 @@ use super::record::Record;
 use super::{Contents, Options, cloud};
 use crate::audit;
 use crate::error::Result;
-use crate::sink::ATTRIBUTES;
+use crate::sink::{ATTRIBUTES, PREFIX};
 use crate::site::Frame;
 use crate::source::cityjson::{CityModel, CityObject, SemanticSurface};
 use crate::source::crs::Crs;
@@ -139,6 +139,8 @@ struct Points {
 #[derive(Debug)]
 pub(super) struct Payload {
     frame: Frame,
+    /// What the names of gable's attributes begin with in the model.
+    prefix: String,
     head: Head,
     columns: Columns,
     contents: Contents,
@@ -151,8 +153,8 @@ pub(super) struct Payload {
 }
 
 impl Payload {
-    /// A page without any feature in this frame.
-    pub fn new(frame: Frame) -> Self {
+    /// A page without any feature in this frame, of a model in which the names of gable's attributes begin with `prefix`.
+    pub fn new(frame: Frame, prefix: &str) -> Self {
         let head = Head {
             gable: env!("CARGO_PKG_VERSION"),
             origin: frame.origin,
@@ -163,6 +165,7 @@ impl Payload {
         let (columns, contents) = (Columns::default(), Contents::default());
         Self {
             frame,
+            prefix: prefix.to_owned(),
             head,
             columns,
             contents,
@@ -195,11 +198,13 @@ impl Payload {
         }
         let boxes = if top.kind == "TINRelief" { &mut self.terrain_boxes } else { &mut self.boxes };
         boxes.extend(feature.extent());
-        self.head.objects.extend(group.iter().map(|object| Object {
+        let object = |object: &&CityObject| Object {
             id: object.id.clone(),
             kind: object.kind.clone(),
-            attributes: object.attributes.clone(),
-        }));
+            attributes: self.known_by_name(&object.attributes),
+        };
+        let objects: Vec<Object> = group.iter().map(object).collect();
+        self.head.objects.extend(objects);
         let faults = found.map_or_else(Vec::new, |found| Fault::of(found, group, &feature));
         self.contents.invalid += usize::from(found.is_some_and(|found| !found.validity));
         if matches!(top.kind.as_str(), "Building" | "BuildingPart") {
@@ -210,6 +215,21 @@ impl Payload {
         }
         let (objects, vertices, faces) = (group.len(), feature.vertices.len(), feature.faces.len());
         self.head.features.push(FeatureHead { objects, vertices, faces, faults, run: None });
+    }
+
+    /// Attributes of an object, gable's own under the names that the page knows them by.
+    fn known_by_name(&self, attributes: &Map<String, Value>) -> Map<String, Value> {
+        if self.prefix == PREFIX {
+            return attributes.clone();
+        }
+        let own = |name: &str| {
+            let bare = name.strip_prefix(self.prefix.as_str())?;
+            ATTRIBUTES.iter().find(|attribute| attribute.bare() == bare)
+        };
+        let named = |(name, value): (&String, &Value)| {
+            (own(name).map_or_else(|| name.clone(), |own| own.name.to_owned()), value.clone())
+        };
+        attributes.iter().map(named).collect()
     }
 
     fn count_lod(&mut self, lod: Option<&str>) {

@@ -25,6 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use gable::network::{Field, FieldOptions};
+use gable::record::Record;
 use gable::site::{Coverage, Frame, Ground, GroundSource, Site};
 use geo::{BooleanOps, BoundingRect, MultiPolygon, Rect, Translate, coord};
 use nalgebra::{Point3, Vector3};
@@ -66,6 +67,7 @@ fn case(number: u64) -> Case {
         covered: None,
         eaves: None,
         attributes: Map::new(),
+        record: Record::default(),
     };
     thin_out(&mut site, &mut draw);
     let bare = if is_bare { "no footprint" } else { shape };

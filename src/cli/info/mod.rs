@@ -4,14 +4,15 @@ mod describe;
 mod model;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::Outcome;
 use super::output::{print, say};
 use crate::error::Error;
+use crate::source::cityjson;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintOptions};
-use crate::source::points::{Placement, Unit, UpAxis};
+use crate::source::points::{self, Placement, Unit, UpAxis};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -75,8 +76,8 @@ pub fn main(args: &Args) -> Outcome {
         ..FootprintOptions::default()
     };
     let placement = Placement::given(args.unit, args.up_axis);
-    let (models, files): (Vec<&String>, Vec<&String>) =
-        args.files.iter().partition(|file| model::is_model(file.as_ref()));
+    let named = spread(&args.files);
+    let (models, files): (Vec<&String>, Vec<&String>) = named.iter().partition(|file| model::is_model(file.as_ref()));
     let (tiles, footprints) = sort(&files);
     let (mut info, mut faults) = describe::describe(&tiles, &footprints, args.crs.as_deref(), &options, placement)?;
     for path in models {
@@ -99,6 +100,19 @@ pub fn main(args: &Args) -> Outcome {
         print(&table::table_of(&info))?;
     }
     Ok(if faults.is_empty() && info.is_whole() { 0 } else { 2 })
+}
+
+/// The arguments with the models in folders and patterns by their own names; a folder of tiles, or of nothing that is known,
+/// stays.
+fn spread(files: &[String]) -> Vec<String> {
+    let of_one = |file: &String| {
+        let is_several = Path::new(file).is_dir() || (!Path::new(file).exists() && file.contains(['*', '?', '[']));
+        let models = if is_several { cityjson::expand(&[file.into()]).unwrap_or_default() } else { Vec::new() };
+        let has_tiles = models.is_empty() || points::expand(std::slice::from_ref(file)).is_ok();
+        let models = models.into_iter().map(|model| model.to_string_lossy().into_owned());
+        models.chain(has_tiles.then(|| file.clone())).collect::<Vec<String>>()
+    };
+    files.iter().flat_map(of_one).collect()
 }
 
 /// Parts footprint files, told by their extension, and databases from tiles.

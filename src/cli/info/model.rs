@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::describe::CrsInfo;
 use crate::error::Result;
+use crate::sink::{own, prefix_in};
 use crate::source::cityjson;
 use crate::source::crs::Crs;
 
@@ -89,7 +90,7 @@ pub fn describe(path: &Path) -> Result<ModelInfo> {
         }
         for object in &feature.objects {
             *info.objects.entry(object.kind.clone()).or_default() += 1;
-            if let Some(level) = object.attributes.get("gable_lod").and_then(|level| level.as_str()) {
+            if let Some(level) = own(&object.attributes, prefix_in(&head), "lod").and_then(|level| level.as_str()) {
                 *info.reached.entry(level.to_owned()).or_default() += 1;
             }
             for geometry in &object.geometries {

@@ -54,7 +54,7 @@ Exit codes:
 #[command(after_help = EXAMPLES)]
 #[command(group = clap::ArgGroup::new("placed").args(["scans", "real", "hold_back"]).multiple(true))]
 pub struct Args {
-    /// LoD 2 models: CityJSON (1.0 to 2.0) or CityJSONSeq files
+    /// LoD 2 models: CityJSON (1.0 to 2.0) or CityJSONSeq files, folders of .city.json and .city.jsonl, or glob patterns
     #[arg(value_name = "FILES", required_unless_present_any = ["generate", "real", "hold_back"])]
     pub(super) files: Vec<PathBuf>,
 

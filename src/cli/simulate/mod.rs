@@ -17,6 +17,7 @@ use crate::simulate::{
     table as statistics_table,
 };
 use crate::sink::write_whole;
+use crate::source::cityjson;
 use crate::source::crs::Crs;
 use crate::source::footprints::{self, FootprintOptions};
 use crate::source::points;
@@ -162,7 +163,7 @@ fn training_data(folder: &Path, overwrite: bool) -> Result<Vec<PathBuf>> {
 
 fn sources(args: &Args) -> Result<Vec<Source>> {
     let mut sources = Vec::new();
-    for path in &args.files {
+    for path in &cityjson::expand(&args.files)? {
         let mut source = read(path, args.lod.as_deref())?;
         // Two files of one name in different folders are two tiles.
         let double = sources.iter().filter(|other: &&Source| other.name == source.name).count();

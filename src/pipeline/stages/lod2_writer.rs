@@ -2,12 +2,14 @@
 
 mod hosted;
 mod job;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
+use self::words::in_words_of;
 use crate::convert::{Conversion, convert};
 use crate::error::{Error, InputError, Result};
 use crate::network::FieldOptions;
@@ -18,6 +20,7 @@ use crate::reconstruct::Parameters;
 use crate::report::Report;
 use crate::run::{self, Feed, Job};
 use crate::segment::SegmentOptions;
+use crate::sink::{self, PREFIX};
 use crate::source::crs::Crs;
 use crate::source::points::{ScanPoint, Unit, UpAxis};
 use crate::terrain::TerrainOptions;
@@ -59,6 +62,17 @@ fn options() -> Vec<OptionSpec> {
         ),
         switch("no_footprint", "Take what stands apart in the building points for an object each"),
         text("title", "Title of the city model; the name of the file of footprints when it is not given"),
+        OptionSpec::new(
+            "translation",
+            Kind::Names,
+            "Where the number 0 of the coordinates of a CityJSON file is, X,Y,Z in CRS units, whole multiples of `grid_scale`; \
+             whole units at the corner of the model when it is not given",
+        ),
+        switch(
+            "crop_only",
+            "Write the points of each building, and those up to `ring_width` around it, to a LAZ file of its own in the folder \
+             `filename`, with all of them in index.gpkg there, instead of models",
+        ),
         switch("overwrite", "Replace files that exist"),
         switch("resume", "Go on from what a run that was killed has left beside the file"),
         OptionSpec::new("report", Kind::File, "Where the report goes; beside the city model when it is not given"),
@@ -79,6 +93,17 @@ fn options() -> Vec<OptionSpec> {
         text("filter", "Only footprints whose attributes satisfy this, such as `status = 'in use' AND height > 3`"),
         text("id_attribute", "Attribute that holds the ids of the buildings; guessed when it is not given"),
         OptionSpec::new(
+            "box",
+            Kind::Names,
+            "Only buildings in this box, MINX,MINY,MAXX,MAXY in the CRS of the points; a building is where a point inside its \
+             footprint is, and the right and the upper edge do not belong to the box",
+        ),
+        OptionSpec::new(
+            "limit_area",
+            Kind::File,
+            "Only buildings in the polygons of this file, in any format of footprints and any CRS",
+        ),
+        OptionSpec::new(
             "building_class",
             Kind::Names,
             "Classes of building points, such as 1,6; `any` for clouds that are not classified",
@@ -94,10 +119,29 @@ fn options() -> Vec<OptionSpec> {
             "terrain",
             "Write the terrain around the buildings too: a TIN of the ground points, which the buildings stand in",
         ),
+        OptionSpec::new(
+            "cloud",
+            Kind::Texts,
+            "More point clouds, of which each building gets the best, the points that come being one of them: each a text such \
+             as `AHN4=ahn4/*.laz,date=2020-05-01,priority=2`",
+        ),
         text("point_cloud_source", "Name of the point cloud, such as AHN3; an attribute of every building"),
         text(
             "point_cloud_date",
             "When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building",
+        ),
+        OptionSpec::new(
+            "attributes",
+            Kind::Names,
+            "Which of gable's own attributes are written: names with or without their prefix, or patterns such as `height_*`; \
+             `none` writes none of them; all when it is not given",
+        ),
+        text("attribute_prefix", "What the names of gable's own attributes begin with; an empty text for nothing")
+            .or(PREFIX),
+        OptionSpec::new(
+            "footprint_attributes",
+            Kind::Names,
+            "Which attributes of the footprints are kept: names or patterns; `none` keeps none; all when it is not given",
         ),
         OptionSpec::new(
             "jobs",
@@ -197,7 +241,8 @@ impl Lod2Writer {
             lods: self.values.texts("lod").into_iter().map(str::to_owned).collect(),
         };
         context.observer.ready(&conversion.output);
-        let converted = convert(&conversion, &mut |_| {})?;
+        let converted = convert(&conversion, &mut |_| {});
+        let converted = converted.map_err(|error| in_words_of(&self.values, error))?;
         for warning in &converted.warnings {
             context.warn(warning);
         }
@@ -208,6 +253,20 @@ impl Lod2Writer {
             ("objects".to_owned(), json!(converted.written.objects)),
         ]);
         Ok(Finished { metadata, ..Finished::default() })
+    }
+
+    /// Refuses an output that exists before a filter runs for hours; what is in the way of several files is known later.
+    fn refuse_what_exists(&self) -> Result<()> {
+        let names = match &self.source {
+            Source::Tiles { paths, .. } => paths.clone(),
+            Source::Points | Source::Models(_) => vec![self.values.place().file.clone()],
+        };
+        let may_be_there = self.job.overwrite || self.job.resume || self.job.goes_to_many_files()?;
+        if may_be_there || sink::is_stream(&self.job.output) {
+            return Ok(());
+        }
+        let model = self.job.base(&names)?;
+        run::output::refuse_existing(&model).map_err(|fault| in_words_of(&self.values, fault.into()))
     }
 
     fn start(&mut self) -> Result<Feed> {
@@ -251,6 +310,7 @@ impl Writer for Lod2Writer {
         }
         job::complete(&self.values, &mut self.job)?;
         self.source = Self::source_of(flow, is_last);
+        self.refuse_what_exists()?;
         self.flow = flow.clone();
         self.feed = None;
         self.crs.clone_from(&flow.crs);
@@ -303,8 +363,14 @@ impl Writer for Lod2Writer {
         }
         let output = job.output.clone();
         context.observer.ready(&output);
-        let report = run::run(&job, context.observer.reconstruction())?;
-        context.observer.done(&output);
+        let report = run::run(&job, context.observer.reconstruction());
+        let report = report.map_err(|error| in_words_of(&self.values, error))?;
+        // The report comes last; a stream has no file to be named after.
+        let written: Vec<PathBuf> = match report.outputs.split_last() {
+            Some((_, models)) if !sink::is_stream(&output) => models.iter().map(PathBuf::from).collect(),
+            _ => vec![output],
+        };
+        written.iter().for_each(|path| context.observer.done(path));
         Ok(Finished { metadata: metadata(&report), exit_code: report.exit_code, report: Some(report) })
     }
 }

@@ -22,7 +22,7 @@ use around::Around;
 use geo::Centroid;
 use neighbours::{Known, Neighbours};
 use rayon::prelude::*;
-pub(super) use stated::{Stated, read as read_stated};
+pub(super) use stated::{Stated, number, read as read_stated};
 
 use super::Meaning;
 use super::neighbourhood::{Neighbourhood, to_local};

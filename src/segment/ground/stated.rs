@@ -110,7 +110,7 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
 }
 
 /// A number that may be a height, or a text that is one.
-fn number(value: &Value) -> Option<f64> {
+pub(in crate::segment) fn number(value: &Value) -> Option<f64> {
     let number = match value {
         Value::Number(number) => number.as_f64(),
         Value::String(text) => text.trim().parse().ok(),

@@ -19,6 +19,7 @@ use serde_json::Map;
 use super::model::Placed;
 use super::options::{ScanOptions, Setup, SetupChoice};
 use super::random::{Draw, Random};
+use crate::record::Record;
 use crate::site::{Coverage, Frame, Ground, GroundSource, Site};
 use scene::{Return, Scene, Target, Tree};
 
@@ -65,6 +66,7 @@ impl Scan {
             covered: None,
             eaves: None,
             attributes: Map::new(),
+            record: Record::default(),
         }
     }
 }

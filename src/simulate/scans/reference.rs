@@ -8,6 +8,7 @@ use super::super::model::Model;
 use super::{Job, Scanned, layout};
 use crate::building::{Building, Measures, Outcome};
 use crate::error::Result;
+use crate::record::Record;
 use crate::sink::{self, Metadata, Sink};
 use crate::site::QUANTUM;
 use crate::solid::{self, Part};
@@ -38,9 +39,11 @@ pub(super) fn building(scanned: &Scanned) -> Building {
             footprint: solid::quantise_footprint(&model.footprint, step),
             ground: (model.ground / step[2]).round() as i64,
             parts: vec![Part { lod22: Some(model.solid.as_ref().clone()), ..Part::default() }],
+            ..solid::Model::default()
         },
         outcome: Outcome::Lod22,
         measures: Measures::default(),
+        record: Record::default(),
         notes: Vec::new(),
     }
 }

@@ -8,11 +8,13 @@ use crate::sink::Feature;
 use crate::sink::faces::{finest, level, surfaces};
 use crate::source::cityjson::Face;
 
-/// What the feature covers: its geometry at LoD 0 where it has one, else its ground surfaces, else all that does not stand
+/// What the feature covers: its geometry at LoD 0, the coarsest there is of it, where it has one, else its ground surfaces, else all that does not stand
 /// upright; empty where there is nothing.
 pub(super) fn footprint(feature: &Feature, metres: [f64; 3]) -> Polygons<2> {
     let geometries = || feature.objects.iter().flat_map(|object| object.geometries.iter());
-    let flat = geometries().filter(|geometry| level(&geometry.lod) < 1.0).flat_map(|geometry| &geometry.shells);
+    let flat = || geometries().filter(|g| level(&g.lod) < 1.0 && !g.shells.is_empty());
+    let coarsest = flat().map(|geometry| level(&geometry.lod)).fold(f64::INFINITY, f64::min);
+    let flat = flat().filter(|geometry| level(&geometry.lod) <= coarsest).flat_map(|geometry| &geometry.shells);
     let drawn: Vec<Polygon> = flat.flat_map(|shell| &shell.faces).filter_map(|face| flatten(feature, face)).collect();
     if !drawn.is_empty() {
         // It is kept as it was drawn.

@@ -1,3 +1,4 @@
+mod chosen;
 mod formats;
 
 use std::collections::BTreeSet;
@@ -30,6 +31,7 @@ fn building(id: &str) -> Building {
         attributes: serde_json::Map::new(),
         model: Model::default(),
         outcome: Outcome::Rejected { reason: Reason::NoPolygon, detail: "a null geometry".into() },
+        record: crate::record::Record::default(),
         measures: Measures::default(),
         notes: Vec::new(),
     }
@@ -98,6 +100,7 @@ fn neighbourhood() -> Vec<Building> {
             lod22: Some(gabled_house()),
             ..Part::default()
         }],
+        ..Model::default()
     };
     house.outcome = Outcome::Lod22;
     house.measures = Measures {
@@ -108,7 +111,7 @@ fn neighbourhood() -> Vec<Building> {
         no_data_share: Some(-0.0),
         roof_type: Some(RoofType::Slanted),
         roof_planes: Some(2),
-        roof_heights: Some(RoofHeights { min: 2.9996, p50: 4.0, p70: 4.4, max: 5.01 }),
+        roof_heights: Some(RoofHeights { min: 2.9996, p50: 4.0, p70: 4.4, p98: 4.9, max: 5.01 }),
         ridge_height: Some(5.0),
         rmse_lod22: Some(f64::NAN),
         completeness: Some(Extents {
@@ -132,7 +135,7 @@ fn neighbourhood() -> Vec<Building> {
     let ring: FootprintPolygon = vec![square(0, 0, 6), courtyard];
     let beside: FootprintPolygon = vec![square(6, 0, 4)];
     let parts = [&ring, &beside].map(|p| Part { lod12: block(p, -5_000, 90_000, STEP), ..Part::default() }).to_vec();
-    block_of_two.model = Model { footprint: vec![ring, beside], ground: -5_000, parts };
+    block_of_two.model = Model { footprint: vec![ring, beside], ground: -5_000, parts, ..Model::default() };
     block_of_two.frame.origin = [84_960.0, 447_490.0, 0.0];
     block_of_two.outcome = Outcome::Lod12 { reason: Reason::InvalidSolid, detail: "not closed".into() };
     block_of_two.measures.faults_lod22 = vec![302, 203];
@@ -280,7 +283,7 @@ fn attributes_say_what_came_of_a_building() {
         "gable_success": true, "gable_lod": "2.2", "gable_ladder_step": "lod22",
         "gable_roof_type": "slanted", "gable_roof_planes": 2,
         "gable_height_ground": -1.0, "gable_height_roof_min": 2.0, "gable_height_roof_50p": 3.0,
-        "gable_height_roof_70p": 3.4, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
+        "gable_height_roof_70p": 3.4, "gable_height_roof_98p": 3.9, "gable_height_roof_max": 4.01, "gable_height_ridge": 4.0,
         "gable_missing_area": 7.0, "gable_missing_largest": 4.0, "gable_excess_area": 2.26,
         "gable_excess_largest": 2.26, "gable_roofed_ground_area": 0.0, "gable_roofed_ground_largest": 0.0,
         "gable_volume_lod12": 211.2, "gable_validity_lod12": [], "gable_validity_lod22": [],
@@ -320,7 +323,7 @@ fn heights_are_in_the_units_of_the_crs() {
     let mut tower = building("t");
     tower.frame = Frame { origin: [0.0, 0.0, 100.0], metres_per_unit: [foot; 3] };
     tower.measures.ground = Some(Ground { height: 10.0 * foot, spread: 1.0, source: GroundSource::LowestPoints });
-    let attributes = attributes::of(&tower, &PointCloud::default());
+    let attributes = attributes::Chosen::default().of(&tower, &PointCloud::default());
     assert_eq!(attributes["gable_height_ground"], 110.0);
     assert_eq!(attributes["gable_ground_spread"], 1.0);
 }

@@ -2,7 +2,9 @@
 
 mod groups;
 mod kind;
+mod other;
 mod parse;
+mod paths;
 mod solid;
 #[cfg(test)]
 mod tests;
@@ -18,6 +20,10 @@ use crate::source::open;
 use crate::source::reread::is_standard_input;
 pub use kind::GeometryKind;
 use parse::Document;
+pub use paths::{expand, only};
+
+/// What is expected of a file.
+const EXPECTED: &str = "CityJSON 1.0, 1.1 or 2.0, or a sequence of CityJSONFeatures";
 
 /// A city model, or one feature of a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -276,12 +282,11 @@ impl Features {
     fn refuse_other_than_json(&mut self) -> Result<()> {
         let start = self.reader.fill_buf().map_err(|e| Error::io(&self.path, "read", e))?;
         let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start).trim_ascii_start();
-        if text.first().is_none_or(|first| *first == b'{') {
+        if text.first().is_some_and(|first| *first == b'{') {
             return Ok(());
         }
-        let line = text.split(|byte| *byte == b'\n').next().unwrap_or(text);
-        let fault = serde_json::from_slice::<Document>(line).err();
-        fault.map_or(Ok(()), |fault| Err(self.fault(&fault, 0)))
+        let found = other::kind(start);
+        Err(self.refusal("at its beginning", found, EXPECTED))
     }
 
     /// The next line that is not blank; empty at the end.
@@ -301,7 +306,7 @@ impl Features {
     /// Takes the root object.
     fn open(&mut self, root: Document) -> Result<()> {
         if root.kind != "CityJSON" {
-            return Err(self.refusal("line 1", format!("the type {:?}", root.kind), "\"CityJSON\""));
+            return Err(self.refusal("line 1", other::of_type(&root.kind), EXPECTED));
         }
         let version = root.version.clone().unwrap_or_default();
         if !["1.0", "1.1", "2.0"].iter().any(|known| version.starts_with(known)) {
@@ -363,13 +368,7 @@ impl Features {
     /// A fault of the JSON, `before` lines after the start of the file.
     fn fault(&self, fault: &serde_json::Error, before: usize) -> Error {
         let place = format!("line {}, column {}", before + fault.line(), fault.column());
-        let text = fault.to_string();
-        let found = match text.split(" at line ").next().unwrap_or(&text) {
-            // What a JSON reader says of the first sign of something else.
-            "expected value" | "expected ident" => "something else than JSON",
-            found => found,
-        };
-        self.refusal(place, found, "CityJSON 1.0, 1.1 or 2.0, or a sequence of CityJSONFeatures")
+        self.refusal(place, other::in_words(fault), EXPECTED)
     }
 
     fn next_feature(&mut self) -> Result<Option<CityModel>> {

@@ -63,7 +63,7 @@ pub(super) fn meant<'a>(wanted: &str, names: &'a [String]) -> Result<Option<&'a 
 }
 
 /// The value of an attribute by its name; by its name without regard to case where there is no such.
-pub(super) fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&'a Value> {
+pub fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&'a Value> {
     attributes
         .get(name)
         .or_else(|| attributes.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value))

@@ -35,7 +35,8 @@ use serde_json::{Map, Value};
 
 use super::crs::{Crs, Transformer};
 use crate::error::{InputError, Result};
-use attributes::{Columns, attribute};
+use attributes::Columns;
+pub use attributes::attribute;
 use filter::Filter;
 use outline::Outline;
 pub use postgis::redacted;
@@ -54,6 +55,13 @@ pub struct Footprint {
     pub attributes: Map<String, Value>,
     /// What was repaired or made up, one sentence each.
     pub notes: Vec<String>,
+}
+
+impl Footprint {
+    /// The value of an attribute by its name; by its name without regard to case where there is no such.
+    pub fn attribute(&self, name: &str) -> Option<&Value> {
+        attribute(&self.attributes, name)
+    }
 }
 
 /// A feature that has no usable geometry.
@@ -142,6 +150,8 @@ pub struct FootprintLayer {
     pub rejected: Vec<Rejected>,
     /// The attribute that the ids come from; `None` when they were made up.
     pub id_attribute: Option<String>,
+    /// The names of all attributes, in order; empty where no feature was read and the format has no schema.
+    pub columns: Vec<String>,
     /// What concerns the file as a whole, one sentence each.
     pub warnings: Vec<String>,
     /// How many features are missing because the file is cut off, as far as the file tells.
@@ -251,6 +261,7 @@ pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn(
         footprints: Vec::new(),
         rejected: Vec::new(),
         id_attribute: ids.attribute,
+        columns: columns.names,
         warnings: info.warnings,
         missing: info.missing,
         is_damaged: info.is_damaged,
@@ -304,6 +315,11 @@ impl FootprintLayer {
                 (a.max().x.max(b.max().x), a.max().y.max(b.max().y)),
             )
         })
+    }
+
+    /// What to say to someone who asked for an attribute that there is not: the nearest, and all of them.
+    pub fn attributes_like(&self, wanted: &str) -> String {
+        names::remedy(wanted, self.columns.iter().map(String::as_str))
     }
 
     /// Rejects the footprints that are larger than any building: one vertex gone astray would cost more memory than there
@@ -380,4 +396,4 @@ impl FootprintLayer {
 }
 
 /// The largest extent of a building in metres. What is larger has a corner in the wrong place, or is no building.
-const LARGEST_BUILDING: f64 = 5000.0;
+pub const LARGEST_BUILDING: f64 = 5000.0;

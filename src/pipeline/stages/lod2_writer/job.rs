@@ -8,9 +8,9 @@ use crate::network::FieldOptions;
 use crate::pipeline::options::{Tunable, Values, tuned, tunings};
 use crate::pipeline::source::crs_of;
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{self, Feed, FootprintSource, Job};
+use crate::run::{self, CloudSource, Feed, FootprintSource, Job, Limit};
 use crate::segment::{BuildingClasses, SegmentOptions};
-use crate::sink::{Format, PointCloud};
+use crate::sink::{AttributeOptions, Format, Names, PointCloud, own_names, prefix};
 use crate::source::footprints::FootprintOptions;
 use crate::source::points::{Placement, Unit, UpAxis};
 use crate::terrain::TerrainOptions;
@@ -26,9 +26,18 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         return Err(values.place().fault("both `footprints` and `no_footprint`", "one of them").into());
     }
     if !has_footprints {
-        let needless = ["roofprint", "footprint_crs", "layer", "query", "filter", "id_attribute"]
-            .into_iter()
-            .find(|name| values.is_given(name));
+        let needless = [
+            "roofprint",
+            "footprint_crs",
+            "layer",
+            "query",
+            "filter",
+            "id_attribute",
+            "footprint_attributes",
+            "box",
+            "limit_area",
+        ];
+        let needless = needless.into_iter().find(|name| values.is_given(name));
         if let Some(name) = needless {
             return Err(values.place().fault(format!("`{name}` without `footprints`"), "`footprints`").into());
         }
@@ -59,8 +68,12 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     let job = Job {
         roofprints,
         footprints: given("footprints").map(|path| FootprintSource { path: path.into(), options }),
+        clouds: clouds(values)?,
+        limit: limit(values)?,
         output: filename.to_path_buf(),
+        crop_only: values.is_on("crop_only"),
         title: given("title"),
+        translation: translation(values)?,
         overwrite: values.is_on("overwrite"),
         resume: values.is_on("resume"),
         report: values.text("report").map(PathBuf::from),
@@ -71,6 +84,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         parameters,
         field: structure::<FieldOptions>(values)?,
         terrain: terrain(values)?,
+        attributes: attributes(values)?,
         point_cloud: PointCloud { source: given("point_cloud_source"), date },
         ..Job::default()
     };
@@ -102,7 +116,8 @@ pub fn complete(values: &Values, job: &mut Job) -> Result<(), InputError> {
     }
     if values.is_given("lod") {
         let text = values.texts("lod").join(",");
-        let fault = || values.fault("lod", &format!("`{text}`"), "some of 0, 1.2, 1.3, 2.2, 2.3, parted by commas");
+        let fault =
+            || values.fault("lod", &format!("`{text}`"), "some of 0, 0.1, 0.3, 1.2, 1.3, 2.2, 2.3, parted by commas");
         job.parameters.lod = text.parse().map_err(|_| fault())?;
         job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
     }
@@ -137,6 +152,44 @@ fn placement(values: &Values) -> Option<Placement> {
 /// A structure with what was given of its fields.
 fn structure<T: Tunable>(values: &Values) -> Result<T, InputError> {
     tuned(&T::default(), |name| values.given(name)).map_err(|(name, reason)| values.fault(&name, "a value", reason))
+}
+
+/// More point clouds.
+fn clouds(values: &Values) -> Result<Vec<CloudSource>, InputError> {
+    let cloud = |text: &str| run::cloud(text).map_err(|expected| values.fault("cloud", &format!("`{text}`"), expected));
+    values.texts("cloud").into_iter().map(cloud).collect()
+}
+
+/// Which part of the footprints.
+fn limit(values: &Values) -> Result<Limit, InputError> {
+    let text = values.texts("box").join(",");
+    let bounds = values.is_given("box").then(|| run::bounds(&text)).transpose();
+    let bounds = bounds.map_err(|expected| values.fault("box", &format!("`{text}`"), expected))?;
+    Ok(Limit { bounds, area: values.text("limit_area").map(PathBuf::from) })
+}
+
+/// Where the number 0 of the coordinates is.
+fn translation(values: &Values) -> Result<Option<[f64; 3]>, InputError> {
+    let text = values.texts("translation").join(",");
+    let place = values.is_given("translation").then(|| run::translation(&text)).transpose();
+    place.map_err(|expected| values.fault("translation", &format!("`{text}`"), expected))
+}
+
+/// Which attributes are written.
+fn attributes(values: &Values) -> Result<AttributeOptions, InputError> {
+    let all = AttributeOptions::default();
+    let names = |option: &str, read: fn(&str) -> Result<Names, String>| {
+        if !values.is_given(option) {
+            return Ok(Names::All);
+        }
+        let text = values.texts(option).join(",");
+        read(&text).map_err(|expected| values.fault(option, &format!("`{text}`"), expected))
+    };
+    let own = names("attributes", own_names)?;
+    let source = names("footprint_attributes", |text| text.parse())?;
+    let given = values.text("attribute_prefix").unwrap_or(&all.prefix);
+    let prefix = prefix(given).map_err(|expected| values.fault("attribute_prefix", &format!("`{given}`"), expected))?;
+    Ok(AttributeOptions { own, prefix, source })
 }
 
 fn building_classes(values: &Values) -> Result<BuildingClasses, InputError> {

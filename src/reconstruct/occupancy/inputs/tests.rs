@@ -6,6 +6,7 @@ use nalgebra::{Point2, Point3};
 use super::outline::Outline;
 use super::*;
 use crate::reconstruct::Parameters;
+use crate::record::Record;
 use crate::site::{Coverage, Frame, Ground, GroundSource, Site};
 
 /// A flat roof of 20 m × 10 m at 6 m, one point per half metre; the ground is at 1 m.
@@ -24,6 +25,7 @@ fn flat() -> Site {
         covered: None,
         eaves: None,
         attributes: serde_json::Map::new(),
+        record: Record::default(),
     }
 }
 
