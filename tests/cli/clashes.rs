@@ -36,6 +36,6 @@ fn attributes_that_gable_has_itself_are_kept_under_other_names_and_told() {
         .into();
     assert_eq!(run.code, 0, "{}", run.err);
     let said = format!("{}{}", run.out, run.err);
-    assert_says(&said, &["\"height\" is \"height_2\"", "\"fid\" is \"fid_2\""]);
+    assert_says(&said, &["\"height\" is \"height_2\"", "\"fid\" is \"source_fid\""]);
     assert!(!said.contains("\"id\""), "the id of the footprint is that of the building: {said}");
 }

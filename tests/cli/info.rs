@@ -97,5 +97,5 @@ fn a_city_model_is_described() {
     std::fs::write(&bad, "no JSON").unwrap();
     let refused = info(&[&bad], "");
     assert_eq!(refused.code, 1);
-    assert_says(&refused.err, &["bad.city.json", "something else than JSON"]);
+    assert_says(&refused.err, &["bad.city.json", "a text that is no JSON"]);
 }

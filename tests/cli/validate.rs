@@ -71,7 +71,7 @@ fn the_verdict_says_whether_schema_or_geometry_failed() {
     // What is no city model is told in one line.
     let run = with_schema(&[&data("footprints.geojson")], "");
     assert_eq!((run.code, run.err.lines().count()), (1, 1), "{}", run.err);
-    assert_says(&run.err, &["901 INVALID_INPUT_FILE", "found the type \"FeatureCollection\", expected \"CityJSON\""]);
+    assert_says(&run.err, &["901 INVALID_INPUT_FILE", "found the type \"FeatureCollection\", which is GeoJSON"]);
 }
 
 #[test]

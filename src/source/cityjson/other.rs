@@ -53,6 +53,7 @@ pub(super) fn in_words(fault: &serde_json::Error) -> String {
     }
     match said {
         "expected value" | "expected ident" => "something else than JSON".to_owned(),
+        "missing field `type`" => of_type(""),
         "key must be a string"
         | "expected `:`"
         | "expected `,` or `}`"

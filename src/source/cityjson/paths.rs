@@ -16,17 +16,23 @@ const MODELS: Kind = Kind {
 /// The end of the name of a report, which a pattern for models may match.
 const REPORT: &str = ".report.json";
 
+/// Whether a name stands for those that match it.
+fn is_pattern(text: &str) -> bool {
+    text.contains(['*', '?', '['])
+}
+
 /// The model files that `args` name: files, folders (the `.city.json` and `.city.jsonl` directly in them) and glob patterns,
-/// in the order of the arguments and each once; what a folder or pattern stands for is sorted. Standard input (`-`) stays.
+/// in the order of the arguments and each once; what a folder or pattern stands for is sorted. Standard input (`-`) stays, and
+/// so does a file that is not there: whoever opens it says so, and goes on with the others if that can be done.
 ///
 /// # Errors
-/// An argument that does not exist, a pattern that is malformed or matches no file, a folder without models, or one that
+/// A pattern that is malformed or matches no file, a folder without models, or one that
 /// cannot be read.
 pub fn expand(args: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut found: Vec<PathBuf> = Vec::new();
     for arg in args {
         let files = match arg.to_str() {
-            Some(text) if !is_standard_input(arg) && (arg.is_dir() || !arg.exists()) => {
+            Some(text) if !is_standard_input(arg) && (arg.is_dir() || !arg.exists() && is_pattern(text)) => {
                 expand_kind(&[text.to_owned()], &MODELS)?
             }
             _ => vec![arg.clone()],

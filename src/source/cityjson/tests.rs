@@ -149,8 +149,8 @@ fn faults_name_their_place() {
         (TETRAHEDRON.replace("[[null, 0, 1, null]]", "[[null, 0, 2, null]]"), "semantic surface 2 of 2"),
         (TETRAHEDRON.replace("\"vertices\"", "\"vertex\""), "no \"vertices\""),
         (TETRAHEDRON.replace("CityJSON", "FeatureCollection"), "the type \"FeatureCollection\""),
-        (TETRAHEDRON[..200].to_owned(), "EOF"),
-        (String::new(), "EOF"),
+        (TETRAHEDRON[..200].to_owned(), "cut off"),
+        (String::new(), "cut off"),
         ("hello".to_owned(), "line 1"),
     ];
     for (text, expected) in cases {
