@@ -317,7 +317,11 @@ fn lengths_are_metres_whatever_the_unit() {
     let tiles = made(&terrain);
     let ids: BTreeSet<&str> = tiles.iter().flat_map(|tile| &tile.features).map(|feature| feature.id.as_str()).collect();
     assert!(ids.contains("terrain-85064-447076"), "{ids:?}");
-    assert!(tiles.iter().all(|tile| tile.tally.largest <= 0.03001), "{:?}", tiles.iter().map(|tile| tile.tally.largest).collect::<Vec<_>>());
+    assert!(
+        tiles.iter().all(|tile| tile.tally.largest <= 0.03001),
+        "{:?}",
+        tiles.iter().map(|tile| tile.tally.largest).collect::<Vec<_>>()
+    );
     ring.1.iter().for_each(|vertex| assert_eq!(off_vertices(*vertex, &tiles), 0.0));
 }
 
