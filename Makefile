@@ -1,6 +1,6 @@
 # make quickstart   reconstruct the bundled corner of Delft
 # make test         run all tests
-# make faults       damaged and hostile inputs, full disks, kills, too much of everything: no breach (a minute; MINUTES=60)
+# make faults       damaged and hostile inputs, full disks, kills, too much of everything: no breach (half a minute; MINUTES=60)
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
 # make pdal         the plugin for PDAL, and the same pipelines in both (says so where there is no PDAL; PDAL_DIR names one)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)

@@ -1,6 +1,6 @@
 //! Which parts of a tile are terrain: those near ground points, and those around buildings.
 //!
-//! Parts with a ground point are seen. A part is covered where no circle as wide as the gap holds it and no seen part: narrow
+//! Parts with some ground points are seen. A part is covered where no circle as wide as the gap holds it and no seen part: narrow
 //! gaps are spanned, wide ones are left out (a closing, in the words of mathematical morphology). Around buildings there is
 //! terrain in any case, so that none stands in the air.
 
@@ -8,6 +8,9 @@ use super::grid::Grid;
 use super::ground::{Ground, State};
 use super::surroundings::Surroundings;
 
+/// A part is seen where this share of its cells has a ground point, or one at least: a few beyond the end of what was scanned
+/// are no reason for terrain as wide as the part.
+const FEWEST: f64 = 0.05;
 /// The radius of the circle in parts.
 const RADIUS: i64 = 2;
 /// Parts around the tile that must be known to tell which of it are covered: the circle moves beyond both ways.
@@ -30,14 +33,18 @@ impl Coverage {
         let grid = &ground.grid;
         let parts = grid.parts;
         let mut seen = Mask::new(parts, SEEN_BEYOND);
-        for (index, state) in ground.states.iter().enumerate() {
-            // What is too near to a building for a vertex was seen all the same.
-            if *state != State::Absent
-                && let Some((place, _)) = ground.point(index)
-            {
-                seen.set(grid.part_of(place));
+        let mut counts = vec![0_u32; seen.bits.len()];
+        // What is too near to a building for a vertex was seen all the same.
+        for index in (0..ground.states.len()).filter(|index| ground.states[*index] != State::Absent) {
+            let slot = ground.point(index).and_then(|(place, _)| seen.slot(grid.part_of(place)));
+            if let Some(count) = slot.and_then(|slot| counts.get_mut(slot)) {
+                *count += 1;
             }
         }
+        let cells: f64 =
+            [0, 1].map(|axis| (grid.tile[axis] / parts[axis]) as f64 / grid.sample[axis] as f64).iter().product();
+        let fewest = (FEWEST * cells).floor().max(1.0) as u32;
+        seen.bits = counts.iter().map(|count| *count >= fewest).collect();
         mark_outlines(outlines, grid, &mut seen);
         let mut filled = Mask::new(parts, FILLED_BEYOND);
         filled.fill(|at| circle().any(|[i, j]| seen.get([at[0] + i, at[1] + j])));

@@ -19,9 +19,10 @@ function folder() {
 }
 
 /** The city model of the bundled corner of Delft, 71 buildings, as a file of this name in the folder. */
-function delft(folder, name) {
+function delft(folder, name, ...options) {
   const output = path.join(folder, name);
-  gable('reconstruct', path.join(DATA, 'delft_ahn3.laz'), '-f', path.join(DATA, 'footprints.geojson'), '-o', output, '--quiet');
+  const [tile, footprints] = ['delft_ahn3.laz', 'footprints.geojson'].map((file) => path.join(DATA, file));
+  gable('reconstruct', tile, '-f', footprints, '-o', output, '--quiet', ...options);
   return output;
 }
 
