@@ -171,8 +171,9 @@ pub fn cropped(report: &Report) -> String {
         vec!["building points in footprints".to_owned(), thousands(counts.points)],
     ];
     let mut out = table(&rows, "");
-    out.push_str(&format!("{:<20}  {}\n", "time and memory", duration(report.wall_seconds)));
-    out.extend(report.outputs.iter().map(|file| format!("{:<20}  {file}\n", "written")));
+    let mut lines = vec![("time", duration(report.wall_seconds))];
+    lines.extend(report.outputs.iter().map(|file| ("written", file.clone())));
+    out.extend(lines.iter().map(|(name, text)| format!("{name:<20}  {text}\n")));
     out + &bad_tiles(report)
 }
 

@@ -162,7 +162,7 @@ mod tests {
             assert_eq!(refused(bad, None).as_deref(), Some("--grid-scale"), "{bad}");
         }
         assert_eq!(refused(0.001, Some([84_900.123, 447_400.5, -10.0])), None);
-        assert_eq!(refused(0.001, Some([84_900.1234, 0.0, 0.0])).as_deref(), Some("--translation"));
+        assert_eq!(refused(0.001, Some([84_900.123_4, 0.0, 0.0])).as_deref(), Some("--translation"));
         assert_eq!(super::translation("1, -2.5,3e3"), Ok([1.0, -2.5, 3000.0]));
         for bad in ["", "1,2", "1,2,x", "nan,0,0", "1e12,0,0"] {
             assert!(super::translation(bad).is_err(), "{bad}");

@@ -16,14 +16,13 @@ const CUT: usize = 80;
 const DEVICES: [&str; 6] = ["con", "prn", "aux", "nul", "com", "lpt"];
 
 /// The names of the files for some ids, in their order.
-pub(super) fn for_ids<'a>(ids: impl Iterator<Item = &'a str> + Clone) -> Vec<String> {
+pub(super) fn for_ids(ids: &[&str]) -> Vec<String> {
     let mut taken: HashSet<String> = HashSet::new();
     let mut names: HashMap<usize, String> = HashMap::new();
-    let unchanged = |id: &str, name: &str| id == name;
     for is_first in [true, false] {
-        for (index, id) in ids.clone().enumerate() {
+        for (index, id) in ids.iter().enumerate() {
             let name = safe(id);
-            if unchanged(id, &name) != is_first {
+            if (name == *id) != is_first {
                 continue;
             }
             let mut free = name.clone();
@@ -58,7 +57,7 @@ fn safe(id: &str) -> String {
     if name.len() > LONGEST {
         let cut = (0..=CUT).rev().find(|at| name.is_char_boundary(*at)).unwrap_or_default();
         name.truncate(cut);
-        name.push_str(&format!("-{:016x}", seed_of(id)));
+        name.extend([format!("-{:016x}", seed_of(id))]);
     }
     name
 }
@@ -84,7 +83,7 @@ mod tests {
             ".hidden",
             "x.",
         ];
-        let names = for_ids(ids.into_iter());
+        let names = for_ids(&ids);
         let expected = [
             "a_b_3",
             "a_b",
@@ -102,7 +101,7 @@ mod tests {
         ];
         assert_eq!(names, expected);
         let long: Vec<String> = (0..2).map(|i| format!("{}{i}", "ß".repeat(200))).collect();
-        let names = for_ids(long.iter().map(String::as_str));
+        let names = for_ids(&long.iter().map(String::as_str).collect::<Vec<_>>());
         assert!(names.iter().all(|name| name.len() <= LONGEST) && names[0] != names[1], "{names:?}");
     }
 }

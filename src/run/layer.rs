@@ -172,9 +172,9 @@ fn leave_out(
 
 /// Refuses options that name an attribute of the footprints that none has.
 fn refuse_unknown(layer: &FootprintLayer, job: &Job) -> Result<()> {
-    let columns = || layer.columns.iter().map(String::as_str);
-    let is_unknown = |name: &&str| !columns().any(|column| column.eq_ignore_ascii_case(name));
-    let kept = job.attributes.source.unknown(columns()).map(ToString::to_string);
+    let columns: Vec<&str> = layer.columns.iter().map(String::as_str).collect();
+    let is_unknown = |name: &&str| !columns.iter().any(|column| column.eq_ignore_ascii_case(name));
+    let kept = job.attributes.source.unknown(&columns).map(ToString::to_string);
     let named = [
         ("--footprint-attributes", kept.as_deref()),
         ("--block-attribute", job.parameters.block_attribute.as_deref()),

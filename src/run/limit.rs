@@ -136,7 +136,7 @@ fn read(path: &Path, crs: &Crs, journal: &Journal<'_>) -> Result<Vec<MultiPolygo
         Error::Input(mut fault) => {
             fault.place =
                 [OPTION, &fault.place].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
-            fault.remedy = remedy.to_owned();
+            remedy.clone_into(&mut fault.remedy);
             Error::Input(fault)
         }
         other => other,

@@ -70,9 +70,8 @@ impl Template {
         rejected: &[Rejected],
     ) -> Files {
         let is_by_tile = self.text.contains(TILE);
-        let names = file_names::for_ids(
-            tiles.iter().map(|tile| stem(&tile.path)).collect::<Vec<_>>().iter().map(String::as_str),
-        );
+        let stems: Vec<String> = tiles.iter().map(|tile| stem(&tile.path)).collect();
+        let names = file_names::for_ids(&stems.iter().map(String::as_str).collect::<Vec<_>>());
         let extents: Vec<Option<Rect<f64>>> = tiles.iter().map(rectangle).collect();
         let wanted = footprints.iter().zip(wanted).filter(|(_, is_wanted)| **is_wanted);
         let outlines = wanted.map(|(footprint, _)| {
@@ -81,8 +80,8 @@ impl Template {
         });
         let buildings: Vec<(&str, usize)> =
             outlines.chain(rejected.iter().map(|feature| (feature.id.as_str(), 0))).collect();
-        let ids =
-            if self.text.contains(ID) { file_names::for_ids(buildings.iter().map(|(id, _)| *id)) } else { Vec::new() };
+        let ids: Vec<&str> = buildings.iter().map(|(id, _)| *id).collect();
+        let ids = if self.text.contains(ID) { file_names::for_ids(&ids) } else { Vec::new() };
         let path = |index: usize, tile: usize| {
             let text = self.text.replace(TILE, names.get(tile).map_or("tile", String::as_str));
             PathBuf::from(text.replace(ID, ids.get(index).map_or("", String::as_str)))

@@ -73,15 +73,12 @@ pub(super) fn write(
     }
     let overwrite = job.overwrite || plan.continues;
     let mut outputs = Vec::new();
-    let file: Result<Box<dyn Sink + '_>> = match &plan.files {
-        Some(files) => {
-            let heads = heads_of_files(job, plan, &tasks, files);
-            Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
-        }
-        None => {
-            outputs.push(model.clone());
-            sink::create_in(Some(checkpoint.folder()), model, head, overwrite).map(|sink| sink as Box<dyn Sink>)
-        }
+    let file: Result<Box<dyn Sink + '_>> = if let Some(files) = &plan.files {
+        let heads = heads_of_files(job, plan, &tasks, files);
+        Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
+    } else {
+        outputs.push(model.clone());
+        sink::create_in(Some(checkpoint.folder()), model, head, overwrite).map(|sink| sink as Box<dyn Sink>)
     };
     let mut outcome = file.and_then(|file| {
         let mut writer = Writer { job, plan, pool, sinks: std::iter::once(file).chain(own).collect() };

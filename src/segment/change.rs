@@ -178,8 +178,12 @@ mod tests {
         Site { ground_points: ground, ..site }
     }
 
-    fn gable(_: f64, y: f64) -> Option<f64> {
-        Some(9.0 - (y - 5.0).abs())
+    fn gable(y: f64) -> f64 {
+        9.0 - (y - 5.0).abs()
+    }
+
+    fn gabled(seed: u64, spacing: f64, noise: f64) -> Site {
+        survey(seed, spacing, noise, |_, y| Some(gable(y)))
     }
 
     fn found(before: &Site, after: &Site) -> Option<Mutation> {
@@ -189,36 +193,36 @@ mod tests {
     #[test]
     fn another_survey_of_the_same_roof_is_no_change() {
         for (seed, spacing, noise) in [(1, 0.3, 0.02), (2, 0.7, 0.05), (3, 0.5, 0.3)] {
-            let before = survey(10 + seed, 0.4, 0.03, gable);
+            let before = gabled(10 + seed, 0.4, 0.03);
             // The surveys are a decimetre apart as well.
-            let after = survey(seed, spacing, noise, |x, y| gable(x, y).map(|z| z + 0.1));
+            let after = survey(seed, spacing, noise, |_, y| Some(gable(y) + 0.1));
             assert_eq!(found(&before, &after), None, "spacing {spacing}, noise {noise}");
         }
-        let part = |x: f64, y: f64| if x < 1.5 && y < 1.5 { Some(14.0) } else { gable(x, y) };
-        assert_eq!(found(&survey(1, 0.4, 0.03, gable), &survey(2, 0.4, 0.03, part)), None, "a chimney");
+        let part = |x: f64, y: f64| Some(if x < 1.5 && y < 1.5 { 14.0 } else { gable(y) });
+        assert_eq!(found(&gabled(1, 0.4, 0.03), &survey(2, 0.4, 0.03, part)), None, "a chimney");
     }
 
     #[test]
     fn what_became_of_a_building_is_told() {
-        let (gabled, empty) = (survey(1, 0.5, 0.03, gable), survey(2, 0.5, 0.03, |_, _| None));
-        assert_eq!(found(&empty, &gabled), Some(Mutation::Built));
-        assert_eq!(found(&gabled, &empty), Some(Mutation::TornDown));
+        let (house, empty) = (gabled(1, 0.5, 0.03), survey(2, 0.5, 0.03, |_, _| None));
+        assert_eq!(found(&empty, &house), Some(Mutation::Built));
+        assert_eq!(found(&house, &empty), Some(Mutation::TornDown));
         // A storey more on a third of it.
-        let storey = survey(3, 0.5, 0.03, |x, y| if x < 4.0 { Some(12.0) } else { gable(x, y) });
-        assert_eq!(found(&gabled, &storey), Some(Mutation::Raised));
-        assert_eq!(found(&storey, &gabled), Some(Mutation::Lowered));
-        let change = between(&gabled, &storey).unwrap();
+        let storey = survey(3, 0.5, 0.03, |x, y| Some(if x < 4.0 { 12.0 } else { gable(y) }));
+        assert_eq!(found(&house, &storey), Some(Mutation::Raised));
+        assert_eq!(found(&storey, &house), Some(Mutation::Lowered));
+        let change = between(&house, &storey).unwrap();
         assert!((change.area - 40.0).abs() < 4.0 && change.tolerance == LEAST, "{change:?}");
         // What one of them hardly saw cannot be told.
-        let glimpse = survey(4, 0.5, 0.03, gable);
-        let few = Site { points: glimpse.points.into_iter().filter(|p| p.x < 2.0).collect(), ..gabled.clone() };
-        assert_eq!(between(&gabled, &few), None);
+        let glimpse = gabled(4, 0.5, 0.03);
+        let few = Site { points: glimpse.points.into_iter().filter(|p| p.x < 2.0).collect(), ..house.clone() };
+        assert_eq!(between(&house, &few), None);
     }
 
     #[test]
     fn noise_widens_the_tolerance() {
-        let before = survey(1, 0.4, 0.3, gable);
-        let after = survey(2, 0.4, 0.3, |x, y| gable(x, y).map(|z| z + 0.5));
+        let before = gabled(1, 0.4, 0.3);
+        let after = survey(2, 0.4, 0.3, |_, y| Some(gable(y) + 0.5));
         let change = between(&before, &after).unwrap();
         assert!(change.tolerance > 0.9 && change.mutation.is_none(), "{change:?}");
         let quiet = [1, 2].map(|seed| survey(seed, 0.3, 0.02, |_, _| Some(if seed == 1 { 6.0 } else { 6.5 })));

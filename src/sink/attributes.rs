@@ -289,11 +289,11 @@ impl Attribute {
 /// One that does not exist, with the nearest that does.
 pub fn own_names(text: &str) -> Result<Names, String> {
     let names: Names = text.parse()?;
-    let known = || ATTRIBUTES.iter().flat_map(|attribute| [attribute.name, attribute.bare()]);
-    let Some(unknown) = names.unknown(known()) else { return Ok(names) };
+    let known: Vec<&str> = ATTRIBUTES.iter().flat_map(|attribute| [attribute.name, attribute.bare()]).collect();
+    let Some(unknown) = names.unknown(&known) else { return Ok(names) };
     let unknown = unknown.to_string();
     let likeness = |name: &str| strsim::jaro_winkler(&unknown.to_lowercase(), name);
-    let nearest = known().max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or_default();
+    let nearest = known.into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or_default();
     Err(format!("there is no attribute {unknown}; the nearest is {nearest}"))
 }
 

@@ -370,7 +370,9 @@ impl Writer for Lod2Writer {
             Some((_, models)) if !sink::is_stream(&output) => models.iter().map(PathBuf::from).collect(),
             _ => vec![output],
         };
-        written.iter().for_each(|path| context.observer.done(path));
+        for path in &written {
+            context.observer.done(path);
+        }
         Ok(Finished { metadata: metadata(&report), exit_code: report.exit_code, report: Some(report) })
     }
 }

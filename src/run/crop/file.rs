@@ -134,7 +134,7 @@ pub(super) fn write(path: &Path, parts: Vec<Records>, crs: &Crs, overwrite: bool
         }
         let format = *writer.header().point_format();
         for point in data.points() {
-            writer.write_point(fitted(point.map_err(fault)?, &format)).map_err(fault)?;
+            writer.write_point(fitted(point.map_err(fault)?, format)).map_err(fault)?;
         }
     }
     writer.close().map_err(fault)?;
@@ -146,7 +146,7 @@ pub(super) fn write(path: &Path, parts: Vec<Records>, crs: &Crs, overwrite: bool
 }
 
 /// A point with the fields of a point format: what it lacks is 0, what the format lacks is left out.
-fn fitted(point: Point, format: &Format) -> Point {
+fn fitted(point: Point, format: Format) -> Point {
     let mut extra_bytes = point.extra_bytes;
     extra_bytes.resize(usize::from(format.extra_bytes), 0);
     Point {

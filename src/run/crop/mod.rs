@@ -88,7 +88,7 @@ pub(super) fn write(
     open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
     let head = metadata(job, plan, &tasks);
-    let names = file_names::for_ids(tasks.iter().map(Task::id).collect::<Vec<_>>().into_iter());
+    let names = file_names::for_ids(&tasks.iter().map(Task::id).collect::<Vec<_>>());
     let names: Vec<String> = names.into_iter().map(|name| format!("{name}.laz")).collect();
     let paths: Vec<PathBuf> = names.iter().map(|name| job.output.join(name)).collect();
     super::output::prepare_all(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), job.overwrite)?;
@@ -184,7 +184,7 @@ impl Crop<'_> {
                 journal.event(Event::Advanced { stage: Stage::Crop, by: tile.points });
                 continue;
             }
-            self.read(tile, &buildings, &near, &mut held, journal)?;
+            read(tile, &buildings, &near, &mut held, journal)?;
             let mut ready = Vec::new();
             for index in buildings {
                 let left = waiting.entry(index).or_default();
@@ -215,49 +215,6 @@ impl Crop<'_> {
         buildings
     }
 
-    /// Reads a tile and holds what of it is of `buildings`.
-    fn read(
-        &self,
-        tile: &Tile,
-        buildings: &[usize],
-        near: &Near,
-        held: &mut Held,
-        journal: &Journal<'_>,
-    ) -> Result<()> {
-        let mut own: BTreeMap<usize, Records> = BTreeMap::new();
-        let mut lookup = near.lookup();
-        let mut fault = None;
-        let mut told = 0;
-        let wanted = |low: [f64; 2], high: [f64; 2]| near.touching(low, high).next().is_some();
-        tile.stream_records(Some(&wanted), &mut |block: &Block| {
-            for (record, point) in block.records().zip(block.points()) {
-                lookup.at(point.position, |index| {
-                    if buildings.binary_search(&index).is_err() {
-                        return;
-                    }
-                    let taken = take(tile, own.entry(index), record, &point);
-                    if let Err(e) = taken {
-                        fault.get_or_insert(e);
-                    }
-                });
-            }
-            told += block.len() as u64;
-            journal.event(Event::Advanced { stage: Stage::Crop, by: block.len() as u64 });
-            if fault.is_some() || journal.interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })?;
-        if journal.interrupted() {
-            return Err(Error::Interrupted);
-        }
-        if let Some(fault) = fault {
-            return Err(Error::io(&tile.path, "crop", std::io::Error::other(fault)));
-        }
-        journal.event(Event::Advanced { stage: Stage::Crop, by: tile.points.saturating_sub(told) });
-        for (index, records) in own {
-            held.entry(index).or_default().push(records);
-        }
-        Ok(())
-    }
-
     /// Writes the files of some buildings.
     fn write(&self, ready: Vec<(usize, Vec<Records>)>) -> Result<Vec<(usize, u64)>> {
         let one = |(index, parts): (usize, Vec<Records>)| {
@@ -267,6 +224,42 @@ impl Crop<'_> {
         };
         self.pool.install(|| ready.into_par_iter().map(one).collect())
     }
+}
+
+/// Reads a tile and holds what of it is of `buildings`.
+fn read(tile: &Tile, buildings: &[usize], near: &Near, held: &mut Held, journal: &Journal<'_>) -> Result<()> {
+    let mut own: BTreeMap<usize, Records> = BTreeMap::new();
+    let mut lookup = near.lookup();
+    let mut fault = None;
+    let mut told = 0;
+    let wanted = |low: [f64; 2], high: [f64; 2]| near.touching(low, high).next().is_some();
+    tile.stream_records(Some(&wanted), &mut |block: &Block| {
+        for (record, point) in block.records().zip(block.points()) {
+            lookup.at(point.position, |index| {
+                if buildings.binary_search(&index).is_err() {
+                    return;
+                }
+                let taken = take(tile, own.entry(index), record, &point);
+                if let Err(e) = taken {
+                    fault.get_or_insert(e);
+                }
+            });
+        }
+        told += block.len() as u64;
+        journal.event(Event::Advanced { stage: Stage::Crop, by: block.len() as u64 });
+        if fault.is_some() || journal.interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    if journal.interrupted() {
+        return Err(Error::Interrupted);
+    }
+    if let Some(fault) = fault {
+        return Err(Error::io(&tile.path, "crop", std::io::Error::other(fault)));
+    }
+    journal.event(Event::Advanced { stage: Stage::Crop, by: tile.points.saturating_sub(told) });
+    for (index, records) in own {
+        held.entry(index).or_default().push(records);
+    }
+    Ok(())
 }
 
 /// Takes a point of a tile for a building.

@@ -186,7 +186,7 @@ fn attributes(values: &Values) -> Result<AttributeOptions, InputError> {
         read(&text).map_err(|expected| values.fault(option, &format!("`{text}`"), expected))
     };
     let own = names("attributes", own_names)?;
-    let source = names("footprint_attributes", |text| text.parse())?;
+    let source = names("footprint_attributes", str::parse)?;
     let given = values.text("attribute_prefix").unwrap_or(&all.prefix);
     let prefix = prefix(given).map_err(|expected| values.fault("attribute_prefix", &format!("`{given}`"), expected))?;
     Ok(AttributeOptions { own, prefix, source })
