@@ -66,6 +66,14 @@ fn the_label_is_the_best_of_all() {
             // Twelve cells of two by two have no interior: no cavity changes the labels afterwards.
             let reached = energy(&blocks, &complex, &occupancy, &parameters, &found);
             assert!((reached - least).abs() < 1e-9, "{reached} {least}");
+            // Where nothing hangs over, what is told of the cost is all of it.
+            let upright = label(&complex, &Evidence { height_field: true, ..evidence }, &parameters);
+            let told = cost(&complex, &evidence, &parameters, &upright);
+            let sum = told.data + told.lambda * told.smoothness;
+            let of_upright = energy(&blocks, &complex, &occupancy, &parameters, &upright);
+            assert!(energy_of == Energy::Paper || (sum - of_upright).abs() < 1e-9, "{sum} {of_upright}");
+            let told = cost(&complex, &evidence, &parameters, &found);
+            assert!(told.data + told.lambda * told.smoothness <= reached + 1e-9 && told.lambda == lambda);
         }
     }
 }

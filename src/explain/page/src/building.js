@@ -145,7 +145,14 @@ export class Building {
 
   /** The corners of the building, at its floor and at its top, with its cells so far apart. */
   cornersOf(apart) {
-    const corners = this.outline.count > 0 ? chunksOf(this.outline.positions) : chunksOf(this.points.positions);
+    const [low, high] = [this.low, this.high];
+    const ofBox = [
+      [low[0], low[1]],
+      [high[0], low[1]],
+      [high[0], high[1]],
+      [low[0], high[1]],
+    ];
+    const corners = this.outline.count > 0 ? chunksOf(this.outline.positions) : ofBox;
     const heights = [this.low[2], this.low[2] + (this.high[2] - this.low[2]) * (1 + apart)];
     return corners.flatMap(([x, y]) => heights.map((z) => [x * (1 + apart), y * (1 + apart), z]));
   }

@@ -129,7 +129,11 @@ export const STEPS = [
         building.head.plane_kinds[planes.kinds[i]],
         `${decimal(slopeOf(planes.normals, i), 1)}° from the horizontal`,
       ];
-      picture.addPolygons(planes, (i) => PLANES[planes.kinds[i]], { opacity: 0.42, tell });
+      // Walls are many and stand before all else.
+      const isUpright = (i) => planes.kinds[i] >= 2;
+      const colour = (i) => PLANES[planes.kinds[i]];
+      picture.addPolygons(planes, (i) => (isUpright(i) ? null : colour(i)), { opacity: 0.75, tell });
+      picture.addPolygons(planes, (i) => (isUpright(i) ? colour(i) : null), { opacity: 0.26, tell });
       picture.addOutline(OUTLINE);
       if (choices.points) {
         picture.addPoints(building.points.positions, () => NOTHING, 2.4);

@@ -55,7 +55,9 @@ export function collect(model) {
       entries.push({ kind: 'notes', f, title: feature.id, code: 'note', what: shown(note), face: -1 });
     });
   });
-  return entries;
+  // What is worst comes first.
+  const rank = (entry) => KINDS.findIndex(([kind]) => kind === entry.kind);
+  return entries.sort((a, b) => rank(a) - rank(b));
 }
 
 const codeOf = (fault) => `${fault.code} ${String(fault.name).toLowerCase().replace(/_/g, ' ')}`;
