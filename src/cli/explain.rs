@@ -1,5 +1,6 @@
 //! `gable explain`: a page that shows how one building is made.
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::making::MakingArgs;
@@ -119,5 +120,10 @@ fn text(contents: &Contents, path: &str) -> String {
         ("faces", number(contents.faces)),
         ("written", path.to_owned()),
     ];
-    rows.iter().map(|(name, text)| format!("{name:<8}  {text}\n")).collect()
+    let mut out = String::new();
+    for (name, text) in &rows {
+        // Writing to memory does not fail.
+        let _ = writeln!(out, "{name:<8}  {text}");
+    }
+    out
 }

@@ -147,8 +147,12 @@ impl Drawn {
     pub fn add_cells(&mut self, steps: &Steps) {
         let Some(Partitioning { complex, fixed, volumes, .. }) = &steps.partition else { return };
         self.add_complex(complex);
-        fixed.iter().for_each(|fixed| self.fixed.push(u64::from(fixed.is_some())));
-        volumes.iter().for_each(|volume| self.volumes.push((volume * LITRES).round() as u64));
+        for fixed in fixed {
+            self.fixed.push(u64::from(fixed.is_some()));
+        }
+        for volume in volumes {
+            self.volumes.push((volume * LITRES).round() as u64);
+        }
         if let Some(field) = &steps.field {
             let thousandths = |o: &f64| (o.clamp(0.0, 1.0) * OF_ONE).round() as u64;
             field.occupancy.iter().for_each(|o| self.occupancy.push(thousandths(o)));
@@ -226,7 +230,9 @@ fn push_labels<'a>(column: &mut Column, points: usize, primitives: impl Iterator
             }
         }
     }
-    labels.into_iter().for_each(|label| column.push(label));
+    for label in labels {
+        column.push(label);
+    }
 }
 
 /// How far each of some primitives reaches, as a polygon; one that reaches everywhere has none. What was not detected stands
@@ -239,7 +245,9 @@ fn push_hulls<'a>(column: &mut Column, primitives: impl Iterator<Item = &'a Prim
             Extent::Everywhere => Vec::new(),
         };
         if let Some(bounds) = bounds.filter(|_| primitive.kind != PrimitiveKind::Detected) {
-            ring.iter_mut().for_each(|p| p.z = p.z.clamp(bounds.min[2], bounds.max[2]));
+            for p in &mut ring {
+                p.z = p.z.clamp(bounds.min[2], bounds.max[2]);
+            }
         }
         push_polygon(column, &[ring], &mut last);
     }
@@ -251,7 +259,9 @@ fn push_polygon(column: &mut Column, rings: &[Vec<Point3<f64>>], last: &mut [i64
     column.push_index(rings.len());
     for ring in rings {
         column.push_index(ring.len());
-        ring.iter().for_each(|p| column.push_place(to_steps((*p).into()), last));
+        for p in ring {
+            column.push_place(to_steps((*p).into()), last);
+        }
     }
     let triangles = triangle_indices(rings);
     column.push_index(triangles.len());

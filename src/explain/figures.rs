@@ -88,7 +88,7 @@ fn points(steps: &Steps, frame: &Frame, measures: &Measures, out: &mut Figures) 
     out.number("density", measures.point_density, 1, "points per m²");
     out.number("footprint", site.footprint.as_ref().map(Area::unsigned_area), 1, "m²");
     out.number("of it open ground, on which nothing stands", measures.open_ground.filter(|area| *area > 0.0), 1, "m²");
-    out.number("covered by the tiles", (!site.coverage.is_complete()).then(|| 100.0 * site.coverage.share), 1, "%");
+    out.number("covered by the tiles", (!site.coverage.is_complete()).then_some(100.0 * site.coverage.share), 1, "%");
     let floor = frame.origin[2] + site.ground.height / frame.metres_per_unit[2];
     let unit = if (frame.metres_per_unit[2] - 1.0).abs() < 1e-9 { "m" } else { "units of the CRS" };
     out.number("floor, in the CRS", floor, 3, unit);
@@ -223,7 +223,7 @@ fn result(building: &Building, out: &mut Figures) {
     out.words("step of the ladder", reached);
     out.words("fell short because", outcome.reason().map(|(_, detail)| detail.to_owned()));
     for setback in &measures.setbacks {
-        out.words("an attempt failed", format!("{}", setback.detail));
+        out.words("an attempt failed", setback.detail.clone());
     }
     if let Some(revision) = measures.revision {
         out.add("rounds in which it was made again", revision.rounds, "");

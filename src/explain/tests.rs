@@ -168,7 +168,7 @@ fn a_building_without_points_says_so_and_shows_what_is_around() {
 #[test]
 fn an_id_that_is_not_there_is_told_with_those_most_like_it() {
     let id = "NL.IMBAG.Pand.05031000000173";
-    let message = chosen(&job(), id, &Silent).err().expect("there is no such building").to_string();
+    let message = chosen(&job(), id, &Silent).expect_err("there is no such building").to_string();
     for part in ["footprints", &format!("no building with the id {id:?}"), "71 buildings", "0173", "--id-attribute"] {
         assert!(message.contains(part), "{part} in {message}");
     }

@@ -120,15 +120,7 @@ fn reconstruct_and_tell(
     if let Some(why) = &measures.field_fallback {
         notes.push(format!("the height-field vote decided, not the field that was asked for: {why}"));
     }
-    if let Some(stray) = strays.iter().max_by(|a, b| a.length.total_cmp(&b.length)) {
-        notes.push(format!(
-            "{} wall(s) were scanned where the footprint has none, the longest ({:.0} m) {:.1} m from the nearest: the \
-             footprint may be displaced or out of date",
-            strays.len(),
-            stray.length,
-            stray.distance
-        ));
-    }
+    notes.extend(of_strays(&strays));
     let (solids, failure) = match result {
         Ok(solids) => {
             measures.faults_lod22.clear();
@@ -227,6 +219,18 @@ impl Telling {
     fn begin(self, site: &Site, parameters: &Parameters) -> Option<Box<Steps>> {
         (self == Self::Steps).then(|| Box::new(Steps::begin(site, parameters)))
     }
+}
+
+/// What there is to be told of walls that contradict the footprint.
+fn of_strays(strays: &[StrayWall]) -> Option<String> {
+    let stray = strays.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
+    Some(format!(
+        "{} wall(s) were scanned where the footprint has none, the longest ({:.0} m) {:.1} m from the nearest: the \
+         footprint may be displaced or out of date",
+        strays.len(),
+        stray.length,
+        stray.distance
+    ))
 }
 
 /// Area of a footprint in square metres, if there is one.

@@ -108,7 +108,7 @@ mod tests {
     fn star(corners: u32) -> Patch {
         let corner = |i: u32| {
             let angle = TAU * f64::from(i) / f64::from(corners);
-            let reach = if i % 2 == 0 { 10.0 } else { 8.0 };
+            let reach = if i.is_multiple_of(2) { 10.0 } else { 8.0 };
             let [x, y] = [reach * angle.cos(), reach * angle.sin()];
             [x, y, 0.5 * x].map(|c| (c * 1e4).round() as i64)
         };

@@ -15,7 +15,7 @@ use super::template::{Files, Template};
 use super::{checkpoint, classes, clouds, layer, output, roofprints, single, surveyed, terrain, tiles};
 use crate::error::{Error, InputError, Result};
 use crate::record::PointCloud;
-use crate::report::{Counts, CrsReport, Inputs};
+use crate::report::{Counts, CrsReport, Inputs, TileReport};
 use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
 use crate::sink::Format;
 use crate::site::Site;
@@ -141,12 +141,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
         let tiles::OpenTiles { tiles, mut reports } = tiles::open(&paths, fed, journal)?;
-        for cloud in clouds.iter().filter(|_| clouds.len() > 1) {
-            let own: Vec<String> = cloud.paths.iter().map(|path| path.display().to_string()).collect();
-            for report in reports.iter_mut().filter(|report| own.contains(&report.file)) {
-                report.cloud = Some(cloud.name().to_owned());
-            }
-        }
+        name_clouds(&clouds, &mut reports);
         let area = match tiles::agree_on_crs(&tiles, job.crs.as_deref(), None) {
             Ok((crs, ..)) if !job.limit.is_none() => Area::open(&job.limit, &crs, journal)?,
             _ => None,
@@ -250,6 +245,16 @@ fn goes_on(job: &Job, model: &Path, journal: &Journal<'_>) -> Result<bool> {
     }
     journal.warn(&format!("{}: {n} buildings of a run that did not end are removed", folder.display()));
     Ok(false)
+}
+
+/// Says of each tile of which cloud it is, where there are several.
+fn name_clouds(clouds: &[Cloud], reports: &mut [TileReport]) {
+    for cloud in clouds.iter().filter(|_| clouds.len() > 1) {
+        let own: Vec<String> = cloud.paths.iter().map(|path| path.display().to_string()).collect();
+        for report in reports.iter_mut().filter(|report| own.contains(&report.file)) {
+            report.cloud = Some(cloud.name().to_owned());
+        }
+    }
 }
 
 /// The name of a file up to its first dot.

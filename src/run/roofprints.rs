@@ -206,7 +206,9 @@ mod tests {
         assert!(told.len() == 1 && told[0].starts_with("1 of 4 footprints"), "{told:?}");
         assert_eq!(footprints[3].notes, ["it has no outline of its roof: no roof lies over it"]);
         // Without ids the third has too little of a roof.
-        footprints.iter_mut().for_each(|footprint| footprint.roofprint = None);
+        for footprint in &mut footprints {
+            footprint.roofprint = None;
+        }
         attach(&mut footprints, &roofs, None);
         assert!(footprints[2].roofprint.is_none() && footprints[1].roofprint.is_some());
     }

@@ -76,7 +76,7 @@ fn side(setting: &Setting<'_>, axis: usize, line: i64) -> Vec<(Place, i64)> {
         let [(a, low), (b, high)] = [pair[0], pair[1]];
         all.push((place(a), low));
         let twice_middle = if axis == 0 { [2 * line, a + b] } else { [a + b, 2 * line] };
-        let index = grid.part_of(place((a + b) / 2))[other];
+        let index = grid.part_of(place(i64::midpoint(a, b)))[other];
         let is_edge = outlines.between([place(a), place(b)]).next().is_some();
         let is_free = !is_edge && outlines.inside(twice_middle, 2).is_none() && both(index).contains(&true);
         if is_free {

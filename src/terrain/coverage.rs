@@ -190,7 +190,7 @@ mod tests {
     fn around_a_building_there_is_terrain() {
         let mut outlines = Outlines::default();
         let floor = [[500_000, 500_000, 0], [600_000, 500_000, 0], [600_000, 560_000, 0], [500_000, 560_000, 0]];
-        outlines.polygon(Inside::Hole, [0; 3], vec![floor.to_vec()]);
+        outlines.polygon(Inside::Hole, [0; 3], &[floor.to_vec()]);
         let found = coverage([0, 0], outlines, |x, y| x.max(y) > 10.0);
         assert!(found.is_covered([12, 12]) && !found.is_covered([8, 12]) && !found.is_spanned([12, 12]));
     }

@@ -147,7 +147,7 @@ mod tests {
             for index in -3 * grid.parts[0]..3 * grid.parts[0] {
                 let (low, high) = (grid.part_start(0, index), grid.part_start(0, index + 1));
                 assert!(low < high);
-                for x in [low, (low + high) / 2, high - 1] {
+                for x in [low, i64::midpoint(low, high), high - 1] {
                     assert_eq!(grid.part_of([x, low])[0], index);
                 }
             }

@@ -134,7 +134,9 @@ impl Ground {
                 strays.push(index);
             }
         });
-        strays.iter().for_each(|index| self.states[*index] = State::Left);
+        for index in &strays {
+            self.states[*index] = State::Left;
+        }
         self.strays = strays.iter().filter(|index| self.is_in_tile(**index)).count();
     }
 
@@ -285,7 +287,7 @@ mod tests {
         let (mut ground, grid) = ground(|_, _| 1.0);
         let mut outlines = Outlines::default();
         let floor = [[50_000, 50_000, 0], [90_000, 50_000, 0], [90_000, 90_000, 0], [50_000, 90_000, 0]];
-        outlines.polygon(Inside::Hole, [0; 3], vec![floor.to_vec()]);
+        outlines.polygon(Inside::Hole, [0; 3], &[floor.to_vec()]);
         ground.clear_collars(&Surroundings::of(&outlines.close(&grid), &grid, [0, 0]));
         let state = |x: i64, y: i64| {
             let index = ground.row(ground.row_of(y), x, x).start;

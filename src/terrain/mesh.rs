@@ -109,7 +109,9 @@ impl Mesh {
                 }
             }
             let kind = kind(self.corners(start), setting);
-            found.iter().for_each(|face| self.kinds[face.index()] = kind);
+            for face in &found {
+                self.kinds[face.index()] = kind;
+            }
         }
     }
 }

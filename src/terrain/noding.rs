@@ -183,10 +183,10 @@ fn cut(edge: Edge, cuts: &Cuts, grid: &Grid) -> Vec<Edge> {
     let mut pieces = split(segment, z, places, grid);
     if is_turned {
         pieces.reverse();
-        pieces.iter_mut().for_each(|(ends, z)| {
+        for (ends, z) in &mut pieces {
             ends.reverse();
             z.reverse();
-        });
+        }
     }
     pieces.into_iter().map(|(ends, z)| Edge { ends, z, ..edge }).collect()
 }

@@ -51,8 +51,8 @@ impl Outlines {
         for solid in &solids {
             for face in solid.faces.iter().filter(|face| solid.kind(face) == SurfaceType::Ground) {
                 let vertex = |v: &u32| solid.vertices.get(*v as usize).copied().unwrap_or_default();
-                let rings = face.rings.iter().map(|ring| ring.iter().map(vertex).collect()).collect();
-                self.polygon(Inside::Hole, origin, rings);
+                let rings: Vec<Vec<Vertex>> = face.rings.iter().map(|ring| ring.iter().map(vertex).collect()).collect();
+                self.polygon(Inside::Hole, origin, &rings);
             }
         }
         let is_seen = |source| matches!(source, GroundSource::GroundPoints | GroundSource::TerrainModel);
@@ -62,13 +62,13 @@ impl Outlines {
         if solids.is_empty() && !is_open && ground.is_some_and(|ground| is_seen(ground.source)) {
             for polygon in &building.model.footprint {
                 let vertex = |p: &[i64; 2]| [p[0], p[1], building.model.ground];
-                let rings = polygon.iter().map(|ring| ring.iter().map(vertex).collect()).collect();
-                self.polygon(Inside::Pad, origin, rings);
+                let rings: Vec<Vec<Vertex>> = polygon.iter().map(|ring| ring.iter().map(vertex).collect()).collect();
+                self.polygon(Inside::Pad, origin, &rings);
             }
         }
     }
 
-    pub(super) fn polygon(&mut self, inside: Inside, origin: Vertex, rings: Vec<Vec<Vertex>>) {
+    pub(super) fn polygon(&mut self, inside: Inside, origin: Vertex, rings: &[Vec<Vertex>]) {
         let small: Option<Vec<Vec<[i32; 3]>>> = rings.iter().map(|ring| ring.iter().map(narrow).collect()).collect();
         let places = || rings.iter().flatten().map(|v| [0, 1].map(|axis| origin[axis] + v[axis]));
         let (Some(small), Some(first)) = (small, places().next()) else {
@@ -244,11 +244,11 @@ mod tests {
         let mut outlines = Outlines::default();
         let origin = [850_000_000, 4_470_000_000, 0];
         for (x, y) in [(0, 0), (100_005, 20_000), (300_000, 0), (200_100, 0)] {
-            outlines.polygon(Inside::Hole, origin, vec![square(x, y, 100_000, 12_345)]);
+            outlines.polygon(Inside::Hole, origin, &[square(x, y, 100_000, 12_345)]);
         }
         // In the middle of the first one, and turned so that the boxes meet but not the edges.
-        outlines.polygon(Inside::Pad, origin, vec![square(40_000, 40_000, 1000, 0)]);
-        outlines.polygon(Inside::Pad, origin, vec![vec![[i64::from(i32::MAX) + 1, 0, 0], [0, 1, 0], [0, 0, 0]]]);
+        outlines.polygon(Inside::Pad, origin, &[square(40_000, 40_000, 1000, 0)]);
+        outlines.polygon(Inside::Pad, origin, &[vec![[i64::from(i32::MAX) + 1, 0, 0], [0, 1, 0], [0, 0, 0]]]);
         let grouped = outlines.close(&grid);
         assert_eq!(grouped.group, [0, 0, 2, 2, 4]);
         assert_eq!(grouped.left_out(), 1);

@@ -22,7 +22,9 @@ pub(super) fn pieces(triangles: &[[u32; 3]]) -> Vec<Vec<usize>> {
         waiting.extend(connected(cut, &neighbours));
         waiting.extend(connected(rest, &neighbours));
     }
-    done.iter_mut().for_each(|piece| piece.sort_unstable());
+    for piece in &mut done {
+        piece.sort_unstable();
+    }
     done.sort_by(|a, b| b.len().cmp(&a.len()).then_with(|| a.cmp(b)));
     done
 }

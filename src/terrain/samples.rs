@@ -31,7 +31,7 @@ pub(super) struct Sample {
 
 impl Sample {
     /// What decides which point of a cell stays: how near it is to the centre, then its numbers.
-    fn rank(&self, cell: [i64; 2]) -> (u64, i32, [u16; 2]) {
+    fn rank(self, cell: [i64; 2]) -> (u64, i32, [u16; 2]) {
         let off = |axis: usize| (2 * i64::from(self.at[axis]) - cell[axis]).unsigned_abs();
         (off(0) * off(0) + off(1) * off(1), self.z, self.at)
     }
@@ -233,7 +233,7 @@ impl Collector<'_> {
             bytes.clear();
             for (slot, sample) in block.iter().enumerate() {
                 if let Some(sample) = sample {
-                    encode(slot as u16, sample, &mut bytes);
+                    encode(slot as u16, *sample, &mut bytes);
                 }
             }
             let at = kept.end;
@@ -257,9 +257,11 @@ impl Collector<'_> {
     }
 }
 
-fn encode(slot: u16, sample: &Sample, out: &mut Vec<u8>) {
+fn encode(slot: u16, sample: Sample, out: &mut Vec<u8>) {
     out.extend_from_slice(&slot.to_le_bytes());
-    sample.at.iter().for_each(|at| out.extend_from_slice(&at.to_le_bytes()));
+    for at in &sample.at {
+        out.extend_from_slice(&at.to_le_bytes());
+    }
     out.extend_from_slice(&sample.z.to_le_bytes());
 }
 

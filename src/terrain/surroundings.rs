@@ -87,10 +87,10 @@ impl Surroundings {
                 heights.entry(*end).or_default().push(z);
             }
         }
-        heights.values_mut().for_each(|all| {
+        for all in heights.values_mut() {
             all.sort_unstable();
             all.dedup();
-        });
+        }
         for outline in &mut outlines {
             (outline.first, outline.end) = (starts[outline.first], starts[outline.end]);
         }
@@ -274,7 +274,7 @@ mod tests {
     fn around(outlines: &[(Inside, &[[i64; 3]])], key: TileKey) -> Surroundings {
         let mut all = Outlines::default();
         for (inside, ring) in outlines {
-            all.polygon(*inside, [0; 3], vec![ring.to_vec()]);
+            all.polygon(*inside, [0; 3], &[ring.to_vec()]);
         }
         Surroundings::of(&all.close(&grid()), &grid(), key)
     }

@@ -62,7 +62,7 @@ fn terrain_in(
     collector.finish().unwrap();
     let mut outlines = Outlines::default();
     for (inside, ring) in buildings {
-        outlines.polygon(*inside, [ORIGIN[0], ORIGIN[1], 0], vec![ring.clone()]);
+        outlines.polygon(*inside, [ORIGIN[0], ORIGIN[1], 0], std::slice::from_ref(ring));
     }
     let area = Extent { min: [corner[0], corner[1], 0.0], max: [corner[0] + side, corner[1] + side, 0.0] };
     Terrain::new(options.clone(), store, outlines, vec![area])
@@ -215,7 +215,9 @@ fn a_row_of_houses_with_different_floors_is_closed_by_upright_triangles() {
                 "the wall foot {a:?} {b:?} is an edge of the terrain"
             );
         }
-        ring.iter().for_each(|vertex| assert_eq!(off_vertices(*vertex, &tiles), 0.0));
+        for vertex in ring {
+            assert_eq!(off_vertices(*vertex, &tiles), 0.0);
+        }
     }
 }
 
@@ -243,7 +245,9 @@ fn houses_that_touch_in_a_corner_leave_valid_pieces() {
     ];
     let tiles = made(&terrain(&options(0.1, 100.0), 60.0, &corners, |_, _| Some(1.0)));
     for (_, ring) in &corners {
-        ring.iter().for_each(|vertex| assert!(off_vertices(*vertex, &tiles) <= 10.0));
+        for vertex in ring {
+            assert!(off_vertices(*vertex, &tiles) <= 10.0);
+        }
     }
 }
 

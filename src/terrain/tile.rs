@@ -213,7 +213,7 @@ impl Terrain {
             }
             let start = [0, 1].map(|axis| grid.part_start(axis, part[axis]));
             let end = [0, 1].map(|axis| grid.part_start(axis, part[axis] + 1));
-            let middle = [0, 1].map(|axis| (start[axis] + end[axis]) / 2);
+            let middle = [0, 1].map(|axis| i64::midpoint(start[axis], end[axis]));
             let there = [0, 1].map(|axis| (corner[axis] + middle[axis]) as f64 / STEPS_PER_UNIT as f64);
             let is_scanned = self
                 .areas

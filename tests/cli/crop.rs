@@ -7,8 +7,10 @@ use tempfile::tempdir;
 
 use crate::bench::*;
 
+type Row = (String, Option<String>, Option<i64>, i64, f64);
+
 /// Name, points in the file, building points and height of the ground of each building in an index.
-fn index(path: &Path) -> Vec<(String, Option<String>, Option<i64>, i64, f64)> {
+fn index(path: &Path) -> Vec<Row> {
     let connection = Connection::open(path).unwrap();
     let query = "SELECT id, gable_points_file, gable_points_in_file, gable_points, gable_height_ground FROM footprints";
     let mut statement = connection.prepare(query).unwrap();

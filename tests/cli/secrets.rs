@@ -88,5 +88,7 @@ fn files_and_pipelines_that_cannot_be_read_are_told_without_them() {
 
 /// A configuration of these texts.
 fn toml_of(options: &[(&str, &str)]) -> String {
-    options.iter().map(|(name, text)| format!("{name} = {}\n", serde_json::json!(text))).collect()
+    let lines: Vec<String> =
+        options.iter().map(|(name, text)| format!("{name} = {}\n", serde_json::json!(text))).collect();
+    lines.concat()
 }

@@ -68,7 +68,7 @@ fn holds(ring: &[Vertex], [x, y]: [i64; 2]) -> bool {
     let edges = ring.iter().zip(ring.iter().cycle().skip(1));
     let crossed = edges.filter(|(a, b)| {
         (a[1] > y) != (b[1] > y) && {
-            let side = (b[0] - a[0]) as i128 * (y - a[1]) as i128 - (x - a[0]) as i128 * (b[1] - a[1]) as i128;
+            let side = i128::from(b[0] - a[0]) * i128::from(y - a[1]) - i128::from(x - a[0]) * i128::from(b[1] - a[1]);
             (side > 0) == (b[1] > a[1])
         }
     });

@@ -9,7 +9,7 @@ use crate::bench::*;
 
 /// A tile with a roof at 6 m over [0, 10] × [0, 8] whose points `is_kept`, on ground that is seen elsewhere, and inside the
 /// footprint where `sees_ground`.
-fn folder_of(is_kept: impl Fn(usize) -> bool, sees_ground: impl Fn(usize) -> bool, properties: Value) -> TempDir {
+fn folder_of(is_kept: impl Fn(usize) -> bool, sees_ground: impl Fn(usize) -> bool, properties: &Value) -> TempDir {
     let folder = tempdir().unwrap();
     let mut points = Vec::new();
     let places = (-20..40).flat_map(|i| (-20..36).map(move |j| (f64::from(i) * 0.5 + 0.25, f64::from(j) * 0.5 + 0.25)));
@@ -47,21 +47,21 @@ fn said(attributes: &Value, names: [&str; 2]) -> [Value; 2] {
 
 #[test]
 fn blocks_are_made_where_they_are_asked_for() {
-    let folder = folder_of(|_| true, |_| false, json!({"id": "b", "simple": "yes"}));
+    let folder = folder_of(|_| true, |_| false, &json!({"id": "b", "simple": "yes"}));
     let of = |rest: &str| said(&run(folder.path(), rest), ["lod", "fallback_reason"]);
     assert_eq!(of(""), [json!("2.2"), json!(null)]);
     assert_eq!(of("--block-attribute simple"), [json!("1.2"), json!("as-asked")]);
     assert_eq!(of("--block-above 79"), [json!("1.2"), json!("as-asked")]);
     assert_eq!(of("--minimum-density 4.5"), [json!("1.2"), json!("low-density")]);
     assert_eq!(of("--maximum-no-data 0.5 --minimum-density 3.9 --block-above 81"), [json!("2.2"), json!(null)]);
-    let half = folder_of(|n| n % 56 < 28, |_| false, json!({"id": "b"}));
+    let half = folder_of(|n| n % 56 < 28, |_| false, &json!({"id": "b"}));
     let of = |rest: &str| said(&run(half.path(), rest), ["lod", "fallback_reason"]);
     assert_eq!(of("--maximum-no-data 0.2"), [json!("1.2"), json!("missing-data")]);
 }
 
 #[test]
 fn a_height_that_is_stated_makes_a_block_of_what_has_no_points() {
-    let folder = folder_of(|_| false, |_| false, json!({"id": "b", "top": "7.5"}));
+    let folder = folder_of(|_| false, |_| false, &json!({"id": "b", "top": "7.5"}));
     // Another building has points, or there would be no model at all.
     let mut file = json_of(folder.path().join("f.geojson"));
     let other = json!({"type": "Feature", "properties": {"id": "c"}, "geometry": rectangle(12.0, 0.0, 14.0, 2.0)});
@@ -71,7 +71,7 @@ fn a_height_that_is_stated_makes_a_block_of_what_has_no_points() {
         run_in(folder.path(), "a.las", "f.geojson", "--roof-height-attribute top --building-class 6,1 --quiet");
     // Without any building point in the tile nothing can be told.
     assert_eq!(stated.code, 1, "{}", stated.err);
-    let folder = folder_of(|_| false, |_| false, json!({"id": "b", "top": "7.5"}));
+    let folder = folder_of(|_| false, |_| false, &json!({"id": "b", "top": "7.5"}));
     let extra = folder.path().join("b.las");
     write_tile(
         &extra,
@@ -96,7 +96,7 @@ fn a_height_that_is_stated_makes_a_block_of_what_has_no_points() {
 #[test]
 fn ground_under_glass_is_no_hole() {
     // One return of three is of the glass, the others are of the ground under it.
-    let folder = folder_of(|n| n % 3 == 0, |n| n % 3 != 0, json!({"id": "b", "glass": 1}));
+    let folder = folder_of(|n| n % 3 == 0, |n| n % 3 != 0, &json!({"id": "b", "glass": 1}));
     let opaque = run(folder.path(), "--open-ground-area 1");
     let glass = run(folder.path(), "--open-ground-area 1 --glass-attribute glass");
     assert_eq!(said(&glass, ["success", "open_ground_area"]), [json!(true), json!(null)]);

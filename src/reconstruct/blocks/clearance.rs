@@ -158,7 +158,7 @@ mod tests {
     /// A star of so many spikes, in steps.
     fn star(corners: usize, inner: f64, outer: f64) -> Vec<Point> {
         let corner = |i: usize| {
-            let reach = if i % 2 == 0 { outer } else { inner };
+            let reach = if i.is_multiple_of(2) { outer } else { inner };
             let angle = TAU * i as f64 / corners as f64;
             [reach * angle.cos(), reach * angle.sin()].map(|c| c.round() as i64)
         };

@@ -81,7 +81,7 @@ fn features_by_lines_are_read() {
     lines.ends(0, &[]);
     assert_base(&lines, ["b0", "b1"]);
     let text = std::fs::read_to_string(reports.join("07-lines.geojsonl")).unwrap();
-    let records: String = text.lines().map(|line| format!("\u{1e}{line}\n")).collect();
+    let records: String = text.lines().flat_map(|line| ["\u{1e}", line, "\n"]).collect();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("f.geojsonl");
     std::fs::write(&file, records).unwrap();
