@@ -1,4 +1,5 @@
 mod files;
+mod relief;
 mod schema;
 mod templates;
 
