@@ -24,7 +24,7 @@ pub(super) const SNAP: f64 = 0.001 + 1e-10;
 /// A place on the grid of the output, in steps.
 pub(super) type Place = [i64; 2];
 
-/// The grids of a run, in steps of the output: `x` and `y` of the CRS times [`STEPS_PER_UNIT`].
+/// The grids of a run, in steps of the output: `x` and `y` of the CRS times `STEPS_PER_UNIT`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     /// Size of a step in metres.

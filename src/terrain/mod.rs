@@ -6,14 +6,14 @@
 //! terrain model ──────────────────────────────────────────────┘
 //! ```
 //!
-//! - [`grid`]: tiles, cells and parts, fast in the CRS.
-//! - [`samples`]: ground points while they stream by.
-//! - [`outlines`]: where buildings stand; [`noding`] makes those that touch meet in vertices and edges;
-//!   [`surroundings`] are those of a tile, cut at its border.
-//! - [`ground`]: the ground points of a tile; [`coverage`]: which parts of it are terrain at all.
-//! - [`border`]: the vertices that a tile shares with its neighbours.
-//! - [`mesh`]: the coarsest triangulation; [`refine`]: as fine as the ground needs.
-//! - [`surface`]: its triangles, and upright ones where floors differ; [`pieces`]: what is valid by itself.
+//! - `grid`: tiles, cells and parts, fast in the CRS.
+//! - `samples`: ground points while they stream by.
+//! - `outlines`: where buildings stand; `noding` makes those that touch meet in vertices and edges;
+//!   `surroundings` are those of a tile, cut at its border.
+//! - `ground`: the ground points of a tile; `coverage`: which parts of it are terrain at all.
+//! - `border`: the vertices that a tile shares with its neighbours.
+//! - `mesh`: the coarsest triangulation; `refine`: as fine as the ground needs.
+//! - `surface`: its triangles, and upright ones where floors differ; `pieces`: what is valid by itself.
 //!
 //! Everything is decided on whole steps of the output. A tile depends on the ground points and buildings in and around it
 //! alone: neither the order of the tiles nor the number of threads changes a vertex, and tiles that meet share theirs.
