@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes docs/levels.png: the same part of Delft at LoD 1.2, 1.3 and 2.2, cut out of three pictures of the page and laid side by
+# Makes docs/levels.png: the same part of Delft at LoD 1.2, 1.3, 2.2 and 2.3, cut out of pictures of the page and laid side by
 # side. Arguments: the program, and the browser if it has another name than chromium.
 set -eu
 cd "$(dirname "$0")/.."
@@ -11,15 +11,19 @@ trap 'rm -rf "$work"' EXIT
 
 "$gable" reconstruct $data/delft_ahn3.laz --footprints $data/footprints.geojson -o "$work/delft.city.json" --lod 0,1.2,1.3,2.2 \
     --view --quiet
+"$gable" reconstruct $data/delft_ahn3.laz --footprints $data/walls.geojson --roofprint $data/footprints.geojson \
+    -o "$work/eaves.city.json" --view --quiet
 {
     echo '<style>
       body { margin: 0; zoom: 0.7; font: 600 22px sans-serif; white-space: nowrap }
-      div { display: inline-block; position: relative; width: 640px; height: 520px; overflow: hidden; margin-right: 8px }
-      img { position: absolute; left: -580px; top: -170px }
+      div { display: inline-block; position: relative; width: 480px; height: 520px; overflow: hidden; margin-right: 8px }
+      img { position: absolute; left: -660px; top: -170px }
       span { position: absolute; left: 12px; top: 10px; z-index: 1; background: #fffc; padding: 2px 8px; border-radius: 6px }
     </style>'
-    for lod in 1.2 1.3 2.2; do
-        sh scripts/picture.sh "$work/delft.html" "$work/$lod.png" "theme=light&lod=$lod" >/dev/null
+    for lod in 1.2 1.3 2.2 2.3; do
+        page=delft
+        [ "$lod" != 2.3 ] || page=eaves
+        sh scripts/picture.sh "$work/$page.html" "$work/$lod.png" "theme=light&lod=$lod" >/dev/null
         printf '<div><span>LoD %s</span><img src=%s.png></div>' "$lod" "$lod"
     done
 } >"$work/levels.html"

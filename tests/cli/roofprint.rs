@@ -1,39 +1,17 @@
 //! Footprints of walls and outlines of roofs: LoD 2.3.
 
-use std::path::Path;
-
-use geo::{Buffer, MultiPolygon};
-use geojson::{Feature, FeatureCollection, GeoJson, GeometryValue};
 use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::bench::*;
 
-/// The footprints of the quick start as they are, which are the outlines of roofs there, and drawn in by so many metres.
-fn drawn_in(by: f64, to: &Path) {
-    let text = std::fs::read_to_string(data("footprints.geojson")).unwrap();
-    let GeoJson::FeatureCollection(roofs) = text.parse().unwrap() else { panic!("a collection") };
-    let features = roofs.features.into_iter().map(|feature| {
-        let outline: MultiPolygon<f64> = match geo::Geometry::try_from(feature.geometry.clone().unwrap()).unwrap() {
-            geo::Geometry::Polygon(polygon) => polygon.into(),
-            geo::Geometry::MultiPolygon(polygons) => polygons,
-            other => panic!("{other:?}"),
-        };
-        let geometry = geojson::Geometry::new(GeometryValue::from(&outline.buffer(-by)));
-        Feature { geometry: Some(geometry), ..feature }
-    });
-    let walls = FeatureCollection { features: features.collect(), ..roofs };
-    std::fs::write(to, walls.to_string()).unwrap();
-}
-
 #[test]
 fn roofs_hang_over_as_far_as_their_outlines_reach() {
     let folder = tempdir().unwrap();
-    let (walls, model) = (folder.path().join("walls.geojson"), folder.path().join("delft.city.json"));
-    drawn_in(0.4, &walls);
+    let model = folder.path().join("delft.city.json");
     let reconstruct = |more: &[&str]| -> Run {
         let mut command = command(["reconstruct"]);
-        command.arg(data("delft_ahn3.laz")).arg("-f").arg(&walls).args(["--footprint-crs", "EPSG:28992"]);
+        command.arg(data("delft_ahn3.laz")).arg("-f").arg(data("walls.geojson"));
         command.args(["--field", "height-field", "--overwrite", "-o"]).arg(&model).args(more).output().unwrap().into()
     };
     let roofs = data("footprints.geojson");

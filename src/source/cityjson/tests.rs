@@ -150,7 +150,7 @@ fn faults_name_their_place() {
         (TETRAHEDRON.replace("\"vertices\"", "\"vertex\""), "no \"vertices\""),
         (TETRAHEDRON.replace("CityJSON", "FeatureCollection"), "the type \"FeatureCollection\""),
         (TETRAHEDRON[..200].to_owned(), "cut off"),
-        (String::new(), "cut off"),
+        (String::new(), "the file is empty"),
         ("hello".to_owned(), "line 1"),
     ];
     for (text, expected) in cases {
