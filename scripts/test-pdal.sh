@@ -41,4 +41,7 @@ cmake --build "$build" >"$build/build.log" 2>&1 || { cat "$build/build.log" >&2;
 "$PDAL" --version | sed -n 's/^\(pdal [0-9][^ ]*\).*/\1/p'
 export PDAL GABLE="$target/release/gable" PDAL_DRIVER_PATH="$build"
 cd scripts/pdal
-exec python3 -m unittest --verbose "${@:-discover}"
+if (($#)); then
+    exec python3 -B -m unittest --verbose "$@"
+fi
+exec python3 -B -m unittest discover --verbose
