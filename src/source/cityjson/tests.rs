@@ -151,7 +151,7 @@ fn faults_name_their_place() {
         (TETRAHEDRON.replace("CityJSON", "FeatureCollection"), "the type \"FeatureCollection\""),
         (TETRAHEDRON[..200].to_owned(), "cut off"),
         (String::new(), "the file is empty"),
-        ("hello".to_owned(), "line 1"),
+        ("hello".to_owned(), "a text that is no JSON"),
     ];
     for (text, expected) in cases {
         let file = file(&text);
