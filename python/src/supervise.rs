@@ -69,6 +69,11 @@ impl<'a> Teller<'a> {
         }
     }
 
+    /// Whether the stage that began last is this one.
+    fn is_at(&self, label: &str) -> bool {
+        lock(&self.at).0.label == label
+    }
+
     /// The stage is over.
     pub fn finish(&self) {
         self.tell();
@@ -104,8 +109,9 @@ impl run::Observer for Teller<'_> {
     fn event(&self, event: Event<'_>) {
         match event {
             Event::Started { stage, total } => self.start(stage.label(), stage.unit(), total),
-            Event::Advanced { by, .. } => self.advance(by),
-            Event::Finished { .. } => self.finish(),
+            // Of stages that go on at the same time the one that began last is told.
+            Event::Advanced { stage, by } if self.is_at(stage.label()) => self.advance(by),
+            Event::Finished { stage } if self.is_at(stage.label()) => self.finish(),
             Event::Warning(text) => self.warn(text),
             _ => {}
         }

@@ -102,11 +102,12 @@ impl Observer for Listener<'_> {
                 *progress = Progress { stage: stage.into(), done: 0, total };
                 true
             }
-            Event::Advanced { by, .. } => {
+            // Of stages that go on at the same time the one that began last is told.
+            Event::Advanced { stage, by } if progress.stage == stage.into() => {
                 progress.done += by;
                 told.is_none_or(|told| told.elapsed() >= BEAT)
             }
-            Event::Finished { .. } => true,
+            Event::Finished { stage } => progress.stage == stage.into(),
             _ => false,
         };
         if is_due {

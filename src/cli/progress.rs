@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 
 use super::output::{counted, duration, say, thousands};
 use super::{interrupt, summary};
@@ -29,10 +29,12 @@ pub enum Verbosity {
 pub struct Progress {
     verbosity: Verbosity,
     terminal: bool,
-    under_way: Mutex<Option<UnderWay>>,
+    /// The stages under way: tiles are read while buildings are made of what was read.
+    under_way: Mutex<Vec<UnderWay>>,
+    bars: MultiProgress,
 }
 
-/// The stage under way.
+/// A stage under way.
 struct UnderWay {
     stage: Stage,
     total: u64,
@@ -45,20 +47,17 @@ struct UnderWay {
 impl Progress {
     /// Bars if standard error is a terminal, plain lines if not.
     pub fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity, terminal: std::io::stderr().is_terminal(), under_way: Mutex::new(None) }
+        let terminal = std::io::stderr().is_terminal();
+        Self { verbosity, terminal, under_way: Mutex::default(), bars: MultiProgress::new() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<UnderWay>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<UnderWay>> {
         self.under_way.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes a line above the bar.
-    fn line(under_way: Option<&UnderWay>, text: &str) {
-        let write = || say(text);
-        match under_way.and_then(|u| u.bar.as_ref()) {
-            Some(bar) => bar.suspend(write),
-            None => write(),
-        }
+    /// Writes a line above the bars.
+    fn line(&self, text: &str) {
+        if self.terminal { self.bars.suspend(|| say(text)) } else { say(text) }
     }
 
     fn start(&self, stage: Stage, total: u64) {
@@ -75,19 +74,18 @@ impl Progress {
                 .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
                     let _ = w.write_str(&thousands(state.per_sec().round() as u64));
                 });
-            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden()).with_style(style);
+            let bar = self.bars.add(ProgressBar::new(total).with_style(style));
             bar.set_message(stage.label());
-            bar.set_draw_target(ProgressDrawTarget::stderr());
             bar.enable_steady_tick(Duration::from_millis(200));
             bar
         });
         let now = Instant::now();
-        *self.lock() = Some(UnderWay { stage, total, done: 0, started: now, last_line: now, bar });
+        self.lock().push(UnderWay { stage, total, done: 0, started: now, last_line: now, bar });
     }
 
-    fn advance(&self, by: u64) {
+    fn advance(&self, stage: Stage, by: u64) {
         let mut lock = self.lock();
-        let Some(stage) = lock.as_mut() else { return };
+        let Some(stage) = lock.iter_mut().find(|under_way| under_way.stage == stage) else { return };
         stage.done += by;
         if let Some(bar) = &stage.bar {
             bar.inc(by);
@@ -97,25 +95,29 @@ impl Progress {
             let left = stage.total.saturating_sub(stage.done) as f64 / stage.done.max(1) as f64 * elapsed;
             let (name, unit) = (stage.stage.label(), stage.stage.unit());
             let (done, total) = (thousands(stage.done), counted(stage.total, unit));
-            Self::line(None, &format!("{name}: {done} of {total}, about {} left", duration(left)));
+            drop(lock);
+            self.line(&format!("{name}: {done} of {total}, about {} left", duration(left)));
         }
     }
 
-    fn finish(&self) {
-        let Some(stage) = self.lock().take() else { return };
+    fn finish(&self, stage: Stage) {
+        let mut lock = self.lock();
+        let Some(at) = lock.iter().position(|under_way| under_way.stage == stage) else { return };
+        let stage = lock.remove(at);
+        drop(lock);
         if let Some(bar) = &stage.bar {
             bar.finish_and_clear();
         }
         let elapsed = duration(stage.started.elapsed().as_secs_f64());
         let done = counted(stage.done, stage.stage.unit());
-        Self::line(None, &format!("{}: {done} in {elapsed}", stage.stage.label()));
+        self.line(&format!("{}: {done} in {elapsed}", stage.stage.label()));
     }
 }
 
-/// Clears the bar of a stage that failed.
+/// Clears the bars of stages that failed.
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Some(bar) = self.lock().take().and_then(|stage| stage.bar) {
+        for bar in self.lock().drain(..).filter_map(|stage| stage.bar) {
             bar.finish_and_clear();
         }
     }
@@ -123,7 +125,7 @@ impl Drop for Progress {
 
 impl Observer for Progress {
     fn event(&self, event: Event<'_>) {
-        if let Event::Finished { stage: Stage::Segment } = event {
+        if let Event::Finished { stage: Stage::Segment } | Event::Advanced { stage: Stage::Reconstruct, .. } = event {
             interrupt::something_to_save();
         }
         if self.verbosity == Verbosity::Quiet {
@@ -131,13 +133,13 @@ impl Observer for Progress {
         }
         match event {
             Event::Started { stage, total } => self.start(stage, total),
-            Event::Advanced { by, .. } => self.advance(by),
-            Event::Finished { .. } => self.finish(),
+            Event::Advanced { stage, by } => self.advance(stage, by),
+            Event::Finished { stage } => self.finish(stage),
             Event::Building(building) if self.verbosity == Verbosity::Verbose => {
-                Self::line(self.lock().as_ref(), &summary::building(building));
+                self.line(&summary::building(building));
             }
             Event::Building(_) => {}
-            Event::Warning(text) => Self::line(self.lock().as_ref(), &format!("warning: {text}")),
+            Event::Warning(text) => self.line(&format!("warning: {text}")),
         }
     }
 

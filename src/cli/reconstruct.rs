@@ -10,7 +10,7 @@ use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
 use crate::reconstruct::{Levels, Parameters};
-use crate::run::{Job, recording_date, run, translation};
+use crate::run::{Job, memory, recording_date, run, translation};
 use crate::sink::{PointCloud, is_stream};
 use crate::terrain::TerrainOptions;
 
@@ -120,6 +120,11 @@ pub struct Args {
     #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
     point_cloud_date: Option<String>,
 
+    /// How many points that wait for the rest of their building may be held in memory, such as 64MB or 1GiB; the others wait
+    /// in a temporary file, and the model is the same [default: 2GiB]
+    #[arg(long, value_name = "SIZE", value_parser = memory, help_heading = RUN)]
+    memory: Option<usize>,
+
     /// Say nothing but errors
     #[arg(short, long, conflicts_with = "verbose", help_heading = RUN)]
     quiet: bool,
@@ -197,6 +202,7 @@ impl Args {
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,
+            memory: self.memory,
             parameters,
             terrain: self.terrain.then_some(terrain_options),
             attributes: self.attributes.into(),

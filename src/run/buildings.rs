@@ -1,14 +1,17 @@
 //! From sites to buildings: in parallel, each on its own, in the order of the footprints.
 
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::ThreadPool;
 
-use super::checkpoint::{Checkpoint, Record};
+use super::flow::flow;
+use super::identity::hash_of;
 use super::observer::{Event, Observer, Stage};
-use super::ordered::in_order;
+use super::outbox::{Done, Outbox};
+use super::records::{Record, Records};
+use super::supply::Supply;
 use crate::building::{Building, Measures, Outcome, Reason};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::guard::guarded;
 use crate::reconstruct::blocks;
 use crate::report::{BuildingReport, Counts, Scope, Stopwatch};
@@ -47,7 +50,7 @@ impl Task {
     }
 
     /// How much work it is, for starting the largest first.
-    fn size(&self) -> usize {
+    pub(super) fn size(&self) -> usize {
         match self {
             Self::Reconstruct { site, .. } => site.points.len(),
             Self::Keep(_) => 0,
@@ -55,85 +58,99 @@ impl Task {
     }
 }
 
-/// A building and what it cost.
-struct Done {
-    building: Building,
-    wall: Duration,
-    cpu: Option<Duration>,
-    resumed: bool,
+/// What is told of all buildings.
+#[derive(Debug, Default)]
+pub(super) struct Told {
+    pub(super) counts: Counts,
+    pub(super) buildings: Vec<BuildingReport>,
+    /// Buildings that an earlier run had made from other points or footprints.
+    pub(super) outdated: usize,
 }
 
-/// Reconstructs all tasks on the threads of `pool` with `reconstruct` and hands them to `write` in their order, on the
-/// calling thread.
+/// Reconstructs all `total` tasks of `supply` on the threads of `pool` with `reconstruct` and hands them to `write` in the order of the
+/// model, on the calling thread.
 ///
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
 /// the panic. When the observer interrupts, buildings under way are completed and written and the others are counted as
-/// not reached. What `checkpoint` holds is taken from there, and what is made is kept there as soon as it is done.
+/// not reached. What `records` hold of the same site is taken from there, and what is made is kept there: at once where
+/// `is_safe` asks for that, else only what has to wait and is too much for memory.
 /// `grid_steps` is [`Parameters::grid_steps`](crate::reconstruct::Parameters::grid_steps).
 ///
 /// # Errors
-/// What `write` says, or that the checkpoint cannot be written.
+/// What `write` says, that a tile can no longer be opened, or that records or a temporary file cannot be written.
 pub(super) fn reconstruct_all(
-    tasks: Vec<Task>,
+    supply: &Supply<'_>,
+    total: usize,
     pool: &ThreadPool,
     observer: &dyn Observer,
-    checkpoint: Option<&Checkpoint>,
+    (records, is_safe): (&Records, bool),
     grid_steps: i64,
     reconstruct: impl Fn(&Site) -> Building + Sync,
     mut write: impl FnMut(&Building) -> Result<()>,
-) -> Result<(Counts, Vec<BuildingReport>)> {
-    let mut counts = Counts { footprints: tasks.len(), ..Counts::default() };
-    let mut reports = Vec::with_capacity(tasks.len());
-    in_order(
+) -> Result<Told> {
+    let counts = Counts { footprints: total, ..Counts::default() };
+    let mut told = Told { counts, buildings: Vec::with_capacity(total), ..Told::default() };
+    let outdated = AtomicUsize::new(0);
+    let mut each = |done: Done| {
+        let Done { building, wall, cpu, resumed, .. } = done;
+        write(&building)?;
+        let report = BuildingReport { resumed, ..BuildingReport::new(&building, wall, cpu) };
+        told.counts.add(&report);
+        observer.event(Event::Building(&report));
+        told.buildings.push(report);
+        Ok(())
+    };
+    let mut outbox = Outbox::new(records);
+    flow(
         pool,
-        tasks.into_iter().enumerate().collect(),
+        supply,
         // What is there already comes first: an interruption costs none of it.
-        |(index, task)| if checkpoint.is_some_and(|c| c.has(*index)) { usize::MAX } else { task.size() },
-        |(index, task)| {
-            let done = match checkpoint {
-                Some(checkpoint) => recalled(index, task, checkpoint, grid_steps, &reconstruct),
-                None => Ok(one(task, grid_steps, &reconstruct)),
+        |place| records.has(place),
+        |place, task| {
+            let done = if records.has(place) || is_safe {
+                recalled(place, task, records, &outdated, is_safe, grid_steps, &reconstruct)
+            } else {
+                Ok(one(task, grid_steps, &reconstruct))
             };
             observer.event(Event::Advanced { stage: Stage::Reconstruct, by: 1 });
             done
         },
         || observer.interrupted(),
-        |_, done| {
-            let Some(done) = done else {
-                counts.not_reached += 1;
-                return Ok::<(), Error>(());
-            };
-            let Done { building, wall, cpu, resumed } = done?;
-            write(&building)?;
-            let report = BuildingReport { resumed, ..BuildingReport::new(&building, wall, cpu) };
-            counts.add(&report);
-            observer.event(Event::Building(&report));
-            reports.push(report);
-            Ok(())
-        },
+        |place, done| outbox.put(place, done?, &mut each),
     )?;
-    Ok((counts, reports))
+    outbox.finish(&mut each)?;
+    told.counts.not_reached = total - told.counts.written;
+    told.outdated = outdated.into_inner();
+    Ok(told)
 }
 
-/// Takes one building from the checkpoint, or makes it and keeps it there.
+/// Takes one building from the records if it is that of the same site, or makes it and keeps it there.
 ///
 /// # Errors
-/// The checkpoint cannot be written.
+/// The records cannot be written.
 fn recalled(
-    index: usize,
+    place: usize,
     task: Task,
-    checkpoint: &Checkpoint,
+    records: &Records,
+    outdated: &AtomicUsize,
+    is_safe: bool,
     grid_steps: i64,
     reconstruct: &impl Fn(&Site) -> Building,
 ) -> Result<Done> {
-    if let Some(Record { wall, cpu, building, .. }) = checkpoint.recall(index).filter(|r| r.building.id == task.id()) {
-        return Ok(Done { building, wall, cpu, resumed: true });
+    let inputs = hash_of(&task);
+    if let Some(Record { wall, cpu, building, inputs: before, .. }) = records.recall(place) {
+        if building.id == task.id() && before == inputs {
+            return Ok(Done { building, wall, cpu, resumed: true, inputs, is_kept: true });
+        }
+        outdated.fetch_add(1, Ordering::Relaxed);
     }
     // What needs no work needs no keeping.
     let is_made = task.site().is_some_and(|site| !site.points.is_empty());
-    let done = one(task, grid_steps, reconstruct);
-    if is_made {
-        checkpoint.keep(&Record { index, wall: done.wall, cpu: done.cpu, building: &done.building })?;
+    let mut done = Done { inputs, ..one(task, grid_steps, reconstruct) };
+    if is_made && is_safe {
+        let (wall, cpu) = (done.wall, done.cpu);
+        records.keep(&Record { index: place, inputs, wall, cpu, building: &done.building })?;
+        done.is_kept = true;
     }
     Ok(done)
 }
@@ -151,7 +168,7 @@ fn one(task: Task, grid_steps: i64, reconstruct: &impl Fn(&Site) -> Building) ->
             building
         }
     };
-    Done { building, wall: watch.wall(), cpu: watch.cpu(), resumed: false }
+    Done { building, wall: watch.wall(), cpu: watch.cpu(), resumed: false, inputs: 0, is_kept: false }
 }
 
 /// What is written of a site on which the method failed.
@@ -226,6 +243,18 @@ mod tests {
         (0..n).map(|i| Task::Reconstruct { site: Box::new(site(i)), notes: vec![format!("note {i}")] }).collect()
     }
 
+    fn made(
+        tasks: Vec<Task>,
+        pool: &ThreadPool,
+        observer: &dyn Observer,
+        method: impl Fn(&Site) -> Building + Sync,
+        write: impl FnMut(&Building) -> Result<()>,
+    ) -> Told {
+        let (total, records) = (tasks.len(), Records::nameless().unwrap());
+        let supply = Supply::collected(tasks);
+        reconstruct_all(&supply, total, pool, observer, (&records, false), 1, method, write).unwrap()
+    }
+
     /// A method that fails on building 3.
     fn method(site: &Site) -> Building {
         assert!(site.id != "3", "bad angle");
@@ -240,8 +269,7 @@ mod tests {
                 written.push(b.clone());
                 Ok(())
             };
-            let (counts, reports) =
-                reconstruct_all(tasks(20), &pool(threads), &Silent, None, 1, method, write).unwrap();
+            let Told { counts, buildings: reports, .. } = made(tasks(20), &pool(threads), &Silent, method, write);
             let ids: Vec<_> = written.iter().map(|b| b.id.clone()).collect();
             assert_eq!(ids, (0..20).map(|i| i.to_string()).collect::<Vec<_>>());
             assert_eq!((counts.footprints, counts.written, counts.buildings_lod22), (20, 20, 19));
@@ -280,7 +308,7 @@ mod tests {
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
-        let (counts, reports) = reconstruct_all(tasks(8), &pool(1), &observer, None, 1, method, write).unwrap();
+        let Told { counts, buildings: reports, .. } = made(tasks(8), &pool(1), &observer, method, write);
         // The largest first: 7·i mod 11 is 10 for building 3 and 9 for building 6.
         assert_eq!(written, ["3", "6"]);
         assert_eq!((counts.footprints, counts.written, counts.not_reached, reports.len()), (8, 2, 6, 2));
@@ -294,7 +322,7 @@ mod tests {
             written.push((b.id.clone(), b.notes.clone()));
             Ok(())
         };
-        reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, None, 1, method, write).unwrap();
+        made(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, method, write);
         assert_eq!(written, [("9".to_owned(), Vec::<String>::new())]);
     }
 }

@@ -8,49 +8,23 @@
 //! What is kept is the building as the method returned it, not a piece of a file: a resumed run writes it as if it had
 //! just been made, and so the same bytes in every format.
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{DefaultHasher, Hasher};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
-
-use serde::{Deserialize, Serialize};
 
 use super::identity::Identity;
-use crate::building::Building;
+use super::records::{Lines, Records, line, scan};
 use crate::error::{Error, InputError, Result};
 
 /// The checkpoint's name in its folder.
 const FILE: &str = "buildings.jsonl";
-/// Characters of a checksum and the blank behind it.
-const CHECKSUM: usize = 17;
-
-/// A building and what it cost, as a line of the checkpoint.
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Record<B> {
-    /// Its place in the order of the tasks.
-    pub(super) index: usize,
-    pub(super) wall: Duration,
-    pub(super) cpu: Option<Duration>,
-    pub(super) building: B,
-}
-
-/// The part of a [`Record`] that is wanted of all lines.
-#[derive(Deserialize)]
-struct Index {
-    index: usize,
-}
 
 /// The folder `OUT.partial` of a run, locked.
 #[derive(Debug)]
 pub(super) struct Checkpoint {
     folder: PathBuf,
-    file: Mutex<File>,
-    /// First byte and length of the lines that were found, by the index of their building.
-    found: BTreeMap<usize, (u64, usize)>,
+    records: Records,
 }
 
 /// The folder of the checkpoint of `model`: beside the file itself where `model` is a link, so that the finished file
@@ -119,7 +93,7 @@ impl Checkpoint {
             Ok(())
         };
         begin(&mut file).map_err(|e| Error::io(&path, "write", e))?;
-        Ok(Self { folder, file: Mutex::new(file), found: lines.found })
+        Ok(Self { folder, records: Records::new(file, path, lines.found) })
     }
 
     /// Where files may stand that have no name yet.
@@ -127,35 +101,9 @@ impl Checkpoint {
         &self.folder
     }
 
-    /// How many buildings were found.
-    pub(super) fn len(&self) -> usize {
-        self.found.len()
-    }
-
-    /// Whether the building of this index was found.
-    pub(super) fn has(&self, index: usize) -> bool {
-        self.found.contains_key(&index)
-    }
-
-    /// A building that was found; `None` when there is none, or when it can no longer be read: then it is made anew.
-    pub(super) fn recall(&self, index: usize) -> Option<Record<Building>> {
-        let &(start, length) = self.found.get(&index)?;
-        let mut bytes = vec![0; length];
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.seek(SeekFrom::Start(start)).and_then(|_| file.read_exact(&mut bytes)).ok()?;
-        drop(file);
-        let record: Record<Building> = serde_json::from_slice(content(&bytes)?).ok()?;
-        (record.index == index).then_some(record)
-    }
-
-    /// Keeps a building that was made. It is safe from the end of this process as soon as this returns.
-    ///
-    /// # Errors
-    /// The system refuses to write.
-    pub(super) fn keep(&self, record: &Record<&Building>) -> Result<()> {
-        let bytes = line(record).map_err(|e| self.fault(e.into()))?;
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.seek(SeekFrom::End(0)).and_then(|_| file.write_all(&bytes)).map_err(|e| self.fault(e))
+    /// The buildings that were found, and those that are kept.
+    pub(super) fn records(&self) -> &Records {
+        &self.records
     }
 
     /// Removes it: the model is whole.
@@ -163,17 +111,13 @@ impl Checkpoint {
     /// # Errors
     /// The system refuses.
     pub(super) fn remove(self) -> Result<()> {
-        let Self { folder, file, .. } = self;
+        let Self { folder, records } = self;
         // Not every system removes a file that is open.
-        drop(file);
+        drop(records);
         match fs::remove_dir_all(&folder) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::io(&folder, "remove", e)),
             _ => Ok(()),
         }
-    }
-
-    fn fault(&self, source: io::Error) -> Error {
-        Error::io(self.folder.join(FILE), "write", source)
     }
 }
 
@@ -202,63 +146,15 @@ fn clear(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The lines of a checkpoint that are whole.
-#[derive(Debug, Default)]
-struct Lines {
-    head: Option<Identity>,
-    found: BTreeMap<usize, (u64, usize)>,
-    /// The end of the last of them.
-    end: u64,
-}
-
-/// Reads up to the first line that is not whole.
-fn scan(file: &File) -> io::Result<Lines> {
-    let mut reader = BufReader::with_capacity(1 << 18, file);
-    reader.seek(SeekFrom::Start(0))?;
-    let mut lines = Lines::default();
-    let mut bytes = Vec::new();
-    loop {
-        bytes.clear();
-        let length = reader.read_until(b'\n', &mut bytes)?;
-        let Some(content) = content(&bytes) else { return Ok(lines) };
-        if lines.head.is_none() {
-            let Ok(head) = serde_json::from_slice(content) else { return Ok(lines) };
-            lines.head = Some(head);
-        } else {
-            let Ok(Index { index }) = serde_json::from_slice(content) else { return Ok(lines) };
-            lines.found.insert(index, (lines.end, length));
-        }
-        lines.end += length as u64;
-    }
-}
-
-/// A value as a line: checksum, blank, JSON, line end.
-fn line(value: &impl Serialize) -> serde_json::Result<Vec<u8>> {
-    let json = serde_json::to_vec(value)?;
-    let mut line = format!("{:016x} ", checksum(&json)).into_bytes();
-    line.extend_from_slice(&json);
-    line.push(b'\n');
-    Ok(line)
-}
-
-/// The JSON of a line that is whole.
-fn content(line: &[u8]) -> Option<&[u8]> {
-    let (head, json) = line.strip_suffix(b"\n")?.split_at_checked(CHECKSUM)?;
-    (head == format!("{:016x} ", checksum(json)).as_bytes()).then_some(json)
-}
-
-fn checksum(bytes: &[u8]) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    hasher.write(bytes);
-    hasher.finish()
-}
-
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use serde_json::json;
 
     use super::*;
-    use crate::building::{Measures, Outcome};
+    use crate::building::{Building, Measures, Outcome};
+    use crate::run::records::Record;
     use crate::site::Frame;
     use crate::solid::Model;
 
@@ -275,21 +171,21 @@ mod tests {
         }
     }
 
-    fn identity(inputs: u64) -> Identity {
-        Identity::new(json!({"lambda": 0.1}), inputs)
+    fn identity() -> Identity {
+        Identity::new(json!({"lambda": 0.1}))
     }
 
     fn keep(checkpoint: &Checkpoint, index: usize) {
         let building = building(&index.to_string());
-        let record = Record { index, wall: Duration::from_millis(3), cpu: None, building: &building };
-        checkpoint.keep(&record).unwrap();
+        let (wall, cpu, inputs) = (Duration::from_millis(3), None, u64::MAX);
+        checkpoint.records().keep(&Record { index, inputs, wall, cpu, building: &building }).unwrap();
     }
 
     #[test]
     fn what_was_kept_comes_back_bit_for_bit_and_a_line_that_was_cut_off_does_not() {
         let folder = tempfile::tempdir().unwrap();
         let model = folder.path().join("a.city.json");
-        let checkpoint = Checkpoint::open(&model, &identity(7), true).unwrap();
+        let checkpoint = Checkpoint::open(&model, &identity(), true).unwrap();
         keep(&checkpoint, 3);
         keep(&checkpoint, 0);
         keep(&checkpoint, 5);
@@ -300,17 +196,17 @@ mod tests {
         fs::write(path.with_file_name(".gable-1.part"), "half").unwrap();
         assert_eq!(left_over(&model).unwrap(), Some(2));
 
-        let checkpoint = Checkpoint::open(&model, &identity(7), true).unwrap();
+        let checkpoint = Checkpoint::open(&model, &identity(), true).unwrap();
         assert!(!path.with_file_name(".gable-1.part").exists());
-        assert_eq!(checkpoint.len(), 2);
-        assert!(checkpoint.has(3) && checkpoint.has(0) && !checkpoint.has(5));
-        let back = checkpoint.recall(3).unwrap();
+        assert_eq!(checkpoint.records().len(), 2);
+        assert!(checkpoint.records().has(3) && checkpoint.records().has(0) && !checkpoint.records().has(5));
+        let back = checkpoint.records().recall(3).unwrap();
         assert_eq!(format!("{:?}", back.building), format!("{:?}", building("3")));
-        assert_eq!((back.wall, back.cpu), (Duration::from_millis(3), None));
+        assert_eq!((back.inputs, back.wall, back.cpu), (u64::MAX, Duration::from_millis(3), None));
         keep(&checkpoint, 5);
         drop(checkpoint);
         assert!(fs::read(&path).unwrap() == whole, "the line that was cut off was written again in its place");
-        Checkpoint::open(&model, &identity(7), true).unwrap().remove().unwrap();
+        Checkpoint::open(&model, &identity(), true).unwrap().remove().unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
@@ -318,16 +214,18 @@ mod tests {
     fn the_checkpoint_of_another_run_is_refused_with_what_differs() {
         let folder = tempfile::tempdir().unwrap();
         let model = folder.path().join("a.city.json");
-        let checkpoint = Checkpoint::open(&model, &identity(7), false).unwrap();
+        let checkpoint = Checkpoint::open(&model, &identity(), false).unwrap();
         keep(&checkpoint, 1);
-        let message = Checkpoint::open(&model, &identity(7), true).unwrap_err().to_string();
+        let message = Checkpoint::open(&model, &identity(), true).unwrap_err().to_string();
         assert!(message.contains("another run that is writing"), "{message}");
         drop(checkpoint);
-        let message = Checkpoint::open(&model, &identity(8), true).unwrap_err().to_string();
-        assert!(message.contains("tiles, footprints") && message.contains("--overwrite"), "{message}");
-        let other = Identity::new(json!({"lambda": 0.2}), 7);
+        let other = Identity::new(json!({"lambda": 0.2}));
         let message = Checkpoint::open(&model, &other, true).unwrap_err().to_string();
         assert!(message.contains("lambda 0.1") && message.contains("lambda 0.2"), "{message}");
-        assert_eq!(Checkpoint::open(&model, &identity(8), false).unwrap().len(), 0, "without --resume it is made anew");
+        assert_eq!(
+            Checkpoint::open(&model, &identity(), false).unwrap().records().len(),
+            0,
+            "without --resume it is made anew"
+        );
     }
 }

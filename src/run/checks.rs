@@ -1,5 +1,7 @@
 //! What the types of a job cannot tell.
 
+use bytesize::ByteSize;
+
 use super::Job;
 use crate::error::InputError;
 use crate::reconstruct::Level;
@@ -10,6 +12,15 @@ pub const MOST_THREADS: u32 = 1024;
 
 /// No coordinate of any CRS of the Earth is larger.
 const FARTHEST: f64 = 1e9;
+
+/// So many bytes of memory, such as 64MB or 1GiB.
+///
+/// # Errors
+/// It is no such number.
+pub fn memory(text: &str) -> Result<usize, String> {
+    let size = text.trim().parse::<ByteSize>().ok().and_then(|size| usize::try_from(size.as_u64()).ok());
+    size.ok_or_else(|| "a number of bytes is expected, such as 64MB or 1GiB".to_owned())
+}
 
 impl Job {
     /// Refuses options that cannot both be meant.

@@ -4,7 +4,8 @@ use geo::BoundingRect;
 
 use super::journal::Journal;
 use super::observer::Observer;
-use super::plan::{Plan, collect, plan};
+use super::plan::{Plan, plan};
+use super::prepare::collect;
 use super::{buildings, job::Job};
 use crate::error::{Error, InputError, Result};
 use crate::segment::SegmentOptions;
@@ -35,23 +36,23 @@ pub struct Chosen {
 /// # Errors
 /// As [`run`](super::run), as far as it concerns tiles and footprints; and where no usable footprint has this id.
 pub fn chosen(job: &Job, id: &str, observer: &dyn Observer) -> Result<Chosen> {
-    let mut journal = Journal::new(observer);
+    let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut all = plan(job, &mut journal)?;
+    let mut all = plan(job, &journal)?;
     let place = place_of(&all, job, id)?;
     let tiles: Vec<Tile> = all.tiles.iter().filter(|tile| is_near(tile, &place)).cloned().collect();
     let (crs, segmentation) = (all.crs.clone(), all.segmentation.clone());
     // Of its surroundings a building knows no more than what is near, but for floors that are taken from its neighbours'.
     if !tiles.is_empty() && tiles.len() < all.tiles.len() {
         let mut near = all.at(tiles.clone());
-        if let Ok(tasks) = collect(&mut near, &pool, &mut journal)
+        if let Ok(tasks) = collect(&mut near, &pool, &journal)
             && let Some((site, notes)) = found(tasks, id)
             && site.ground.source != GroundSource::Neighbours
         {
             return Ok(Chosen { site, notes, tiles, crs, segmentation });
         }
     }
-    let tasks = collect(&mut all, &pool, &mut journal)?;
+    let tasks = collect(&mut all, &pool, &journal)?;
     let (site, notes) = found(tasks, id).ok_or_else(|| Error::Input(no_such(&all, job, id)))?;
     Ok(Chosen { site, notes, tiles, crs, segmentation })
 }
@@ -65,12 +66,12 @@ fn found(tasks: Vec<buildings::Task>, id: &str) -> Option<(Site, Vec<String>)> {
 
 /// The box of the footprint of this id, and of what is around it.
 fn place_of(plan: &Plan, job: &Job, id: &str) -> Result<Extent, InputError> {
-    if let Some(rejected) = plan.rejected().iter().find(|feature| feature.id == id) {
+    if let Some(rejected) = plan.rejected.iter().find(|feature| feature.id == id) {
         let found = format!("no usable polygon: {}", rejected.reason);
         let fault = InputError::new(source(job), found, "a footprint").at(format!("the feature {id:?}"));
         return Err(fault.remedy("Repair it: without a footprint there is nothing to reconstruct"));
     }
-    let footprint = plan.footprints().iter().find(|footprint| footprint.id == id);
+    let footprint = plan.footprints.iter().find(|footprint| footprint.id == id);
     let rect = footprint.and_then(|footprint| footprint.polygon.bounding_rect());
     let rect = rect.ok_or_else(|| no_such(plan, job, id))?;
     let options = &plan.segmentation;
@@ -97,7 +98,7 @@ fn source(job: &Job) -> std::path::PathBuf {
 fn no_such(plan: &Plan, job: &Job, id: &str) -> InputError {
     let likeness = |other: &str| strsim::jaro_winkler(&other.to_lowercase(), &id.to_lowercase());
     let mut ids: Vec<(f64, &str)> =
-        plan.footprints().iter().map(|footprint| (likeness(&footprint.id), footprint.id.as_str())).collect();
+        plan.footprints.iter().map(|footprint| (likeness(&footprint.id), footprint.id.as_str())).collect();
     ids.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(b.1)));
     let like: Vec<String> = ids.iter().take(NAMED).map(|(_, id)| format!("{id:?}")).collect();
     let of = match &plan.inputs.footprints {

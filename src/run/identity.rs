@@ -3,8 +3,6 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -12,22 +10,21 @@ use super::buildings::Task;
 use crate::error::{InputError, Result};
 use crate::site::Site;
 
-/// All that a building depends on: the program, the parameters, and what is known of every building before the method
-/// sees it. That is held against the points and footprints themselves, not against the names and dates of files.
+/// All that the buildings of a run depend on but what is known of each before the method sees it: the program and the
+/// parameters. The rest is told by the [hash](hash_of) of each, which is one of points and footprints themselves, not of the names and dates
+/// of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Identity {
     /// Version of gable.
     gable: String,
     /// Parameters of the method.
     parameters: Value,
-    /// Hash of the tasks.
-    inputs: u64,
 }
 
 impl Identity {
-    /// The identity of a run with these parameters over inputs of this hash; see [`hash_of`].
-    pub(super) fn new(parameters: Value, inputs: u64) -> Self {
-        Self { gable: env!("CARGO_PKG_VERSION").to_owned(), parameters, inputs }
+    /// The identity of a run with these parameters.
+    pub(super) fn new(parameters: Value) -> Self {
+        Self { gable: env!("CARGO_PKG_VERSION").to_owned(), parameters }
     }
 
     /// Whether what a run of identity `other` left in `folder` may be taken over.
@@ -41,18 +38,11 @@ impl Identity {
             let (mut found, mut expected) = (Vec::new(), Vec::new());
             differences("", &other.parameters, &self.parameters, &mut found, &mut expected);
             (format!("buildings made with {}", found.join(", ")), expected.join(", "))
-        } else if self.inputs != other.inputs {
-            (
-                "buildings made from other tiles, footprints or classes of points".to_owned(),
-                "those of this run".to_owned(),
-            )
         } else {
             return Ok(());
         };
         let fault = InputError::new(folder, found, expected).at("what an earlier run has left");
-        Err(fault
-            .remedy("Resume with the same inputs and options, or give --overwrite without --resume to start anew")
-            .into())
+        Err(fault.remedy("Resume with the same options, or give --overwrite without --resume to start anew").into())
     }
 }
 
@@ -73,15 +63,8 @@ fn differences(name: &str, left: &Value, right: &Value, lefts: &mut Vec<String>,
     }
 }
 
-/// The hash of all that is known of the buildings, computed on the threads of `pool`.
-pub(super) fn hash_of(tasks: &[Task], pool: &ThreadPool) -> u64 {
-    let hashes: Vec<u64> = pool.install(|| tasks.par_iter().map(hash_of_task).collect());
-    let mut hasher = DefaultHasher::new();
-    hashes.hash(&mut hasher);
-    hasher.finish()
-}
-
-fn hash_of_task(task: &Task) -> u64 {
+/// The hash of all that is known of a building before it is made.
+pub(super) fn hash_of(task: &Task) -> u64 {
     let mut hasher = DefaultHasher::new();
     match task {
         Task::Reconstruct { site, notes } => {

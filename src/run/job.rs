@@ -59,6 +59,9 @@ pub struct Job {
     pub placement: Option<Placement>,
     /// Number of threads; `None` for one per processor.
     pub threads: Option<NonZeroUsize>,
+    /// So many bytes of points that wait for the rest of theirs are held in memory, the others in a temporary file; `None` for
+    /// [`MEMORY`](super::MEMORY). The model is the same.
+    pub memory: Option<usize>,
     /// Which points belong to a building.
     pub segmentation: SegmentOptions,
     /// The parameters of the method.

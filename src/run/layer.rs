@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::buildings::Task;
 use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::limit::{self, Area};
@@ -213,9 +212,9 @@ fn reserved(layer: &FootprintLayer, attributes: &AttributeOptions) -> Option<Str
 }
 
 /// What is written of a feature without a usable polygon: its attributes and what is wrong with it.
-pub(super) fn rejected(feature: Rejected, crs: &Crs) -> Task {
+pub(super) fn rejected(feature: Rejected, crs: &Crs) -> Building {
     let Rejected { id, attributes, reason, .. } = feature;
-    Task::Keep(Box::new(Building {
+    Building {
         id,
         frame: Frame { origin: [0.0; 3], metres_per_unit: crs.metres_per_unit },
         attributes,
@@ -224,5 +223,5 @@ pub(super) fn rejected(feature: Rejected, crs: &Crs) -> Task {
         record: Record::default(),
         measures: Measures::default(),
         notes: Vec::new(),
-    }))
+    }
 }

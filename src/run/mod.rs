@@ -1,7 +1,7 @@
 //! The driver: from files to a city model, over many buildings in parallel.
 //!
 //! [`run`] does a [`Job`] in [stages](Stage): it opens the tiles and reads the footprints, agrees on a CRS, collects
-//! the points of each footprint, reconstructs the buildings in parallel while writing them in the order of the
+//! the points of each footprint while a front sweeps over the tiles, reconstructs the buildings behind it in parallel, writes them in the order of the
 //! footprints, and makes the terrain around them if the job asks for it. It tells an [`Observer`] how far it is, and returns a [`Report`].
 //!
 //! A run that is killed leaves what it has done in the folder `OUT.partial`; with [`Job::resume`] the next one goes on from
@@ -21,6 +21,7 @@ mod crop;
 mod feed;
 mod file_names;
 mod files;
+mod flow;
 mod identity;
 mod job;
 mod journal;
@@ -28,11 +29,16 @@ mod layer;
 mod limit;
 mod observer;
 mod ordered;
+mod outbox;
 pub mod output;
 mod parts;
 mod plan;
+mod prepare;
+mod records;
 mod roofprints;
+mod roster;
 mod single;
+mod supply;
 mod surveyed;
 mod template;
 mod terrain;
@@ -50,7 +56,7 @@ use std::path::PathBuf;
 
 use journal::Journal;
 
-pub use checks::{MOST_THREADS, recording_date, translation};
+pub use checks::{MOST_THREADS, memory, recording_date, translation};
 pub use chosen::{Chosen, chosen};
 pub use clouds::{CloudSource, cloud};
 pub use feed::{Fed, Feed};
@@ -58,6 +64,9 @@ pub use job::{FootprintSource, Job};
 pub use limit::{Limit, bounds};
 pub use observer::{Event, Observer, Silent, Stage};
 pub(crate) use tiles::{agree_on_crs, place, true_to_length};
+
+/// So many bytes of points that wait for the rest of theirs are held in memory, unless [`Job::memory`] says otherwise.
+pub const MEMORY: usize = 2 << 30;
 
 /// Does a job: reads, reconstructs, writes the model and the report.
 ///
@@ -74,10 +83,10 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
 /// # Errors
 /// As [`run`], as far as it concerns tiles and footprints.
 pub fn sites(job: &Job, observer: &dyn Observer) -> Result<Vec<Site>> {
-    let mut journal = Journal::new(observer);
+    let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut plan = plan::plan(job, &mut journal)?;
-    let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
+    let mut plan = plan::plan(job, &journal)?;
+    let tasks = prepare::collect(&mut plan, &pool, &journal)?;
     let site = |task| match task {
         buildings::Task::Reconstruct { site, .. } => Some(*site),
         buildings::Task::Keep(_) => None,
@@ -133,16 +142,23 @@ fn run_both(
         crop::refuse_contradictions(job)?;
     }
     let started = report::now();
-    let mut journal = Journal::new(observer);
+    let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut plan = plan::plan(job, &mut journal)?;
-    let tasks = plan::collect(&mut plan, &pool, &mut journal)?;
-    let ground = plan.ground.take();
-    let done = if job.crop_only {
-        crop::write(job, &plan, tasks, &pool, &mut journal, open)?
+    let mut plan = plan::plan(job, &journal)?;
+    let mut done = if job.crop_only {
+        let tasks = prepare::collect(&mut plan, &pool, &journal)?;
+        crop::write(job, &plan, tasks, &pool, &journal, open)?
     } else {
-        write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?
+        let (prepared, stock) = prepare::prepare(&mut plan, &pool, &journal)?;
+        let ground = plan.ground.take();
+        let memory = job.memory.unwrap_or(MEMORY);
+        let supply = prepared.supply(stock, &plan, ground.as_deref(), memory, &journal)?;
+        let work = write::Work { supply, roster: &prepared.roster, ground: ground.clone() };
+        write::write(job, &plan, work, &pool, &journal, method, open)?
     };
+    if let Some((swept, incomplete)) = done.swept.take() {
+        plan.note(swept, (incomplete, done.counts.footprints), &journal);
+    }
     plan::warn_of_emptiness(&plan, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);

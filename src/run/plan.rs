@@ -1,24 +1,21 @@
 //! Reading the inputs: what there is, in which CRS, and where the result goes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use rayon::ThreadPool;
-
-use super::buildings::Task;
 use super::clouds::Cloud;
 use super::job::{FootprintSource, Job};
 use super::journal::Journal;
 use super::limit::Area;
 use super::observer::{Event, Observer, Stage};
-use super::single::{Look, StandIns};
+use super::single::{self, Look, StandIns};
 use super::template::{Files, Template};
-use super::{checkpoint, classes, clouds, layer, output, roofprints, single, surveyed, terrain, tiles};
-use crate::error::{Error, InputError, Result};
+use super::{checkpoint, classes, clouds, layer, output, roofprints, terrain, tiles};
+use crate::error::{InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
-use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
+use crate::segment::{Meaning, SegmentOptions, Swept};
 use crate::sink::Format;
-use crate::site::Site;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
 use crate::source::footprints::{Footprint, Rejected};
@@ -30,7 +27,7 @@ use crate::terrain::GroundStore;
 pub(super) struct Plan {
     pub tiles: Vec<Tile>,
     /// The clouds that the tiles are of, in the order in which they are looked at.
-    clouds: Vec<Cloud>,
+    pub(super) clouds: Vec<Cloud>,
     pub crs: Crs,
     pub crs_report: CrsReport,
     /// The model's file, or what the checkpoint of a model in several files is named after; `None` when only a sink of the
@@ -43,29 +40,56 @@ pub(super) struct Plan {
     /// What the model is of: the name of the footprint file, or of the only tile.
     pub title: String,
     pub inputs: Inputs,
-    footprints: Vec<Footprint>,
+    pub(super) footprints: Vec<Footprint>,
     /// Which of the footprints are to be reconstructed; the others are beside them.
-    is_wanted: Vec<bool>,
-    rejected: Vec<Rejected>,
+    pub(super) is_wanted: Vec<bool>,
+    pub(super) rejected: Vec<Rejected>,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
     /// Which points belong to a building: what the job says, but for points without classes.
     pub segmentation: SegmentOptions,
     /// Whether the footprints stand in for those that there are not.
-    has_stand_ins: bool,
+    pub(super) has_stand_ins: bool,
     /// Where the ground points wait for the terrain; `None` where there is to be none.
-    pub ground: Option<GroundStore>,
+    pub ground: Option<Arc<GroundStore>>,
 }
 
 impl Plan {
-    /// The footprints whose points are to be collected.
-    pub(super) fn footprints(&self) -> &[Footprint] {
-        &self.footprints
+    /// What the footprints are.
+    pub(super) fn meaning(&self) -> Meaning {
+        let names_buildings = self.tiles.iter().any(|tile| !tile.buildings.is_empty());
+        match (self.has_stand_ins, names_buildings) {
+            (false, _) => Meaning::Outlines,
+            (true, false) => Meaning::Places,
+            (true, true) => Meaning::PlacesOfNamed,
+        }
     }
 
-    /// The features without a usable polygon.
-    pub(super) fn rejected(&self) -> &[Rejected] {
-        &self.rejected
+    /// Notes what was told of the points, and that the tiles do not wholly cover so many of all footprints.
+    pub(super) fn note(&mut self, swept: Swept, (incomplete, total): (usize, usize), journal: &Journal<'_>) {
+        let Swept { counts, problems, warnings } = swept;
+        for warning in warnings {
+            journal.warn(&warning);
+        }
+        for problem in problems {
+            journal.warn(&problem.to_string());
+            let tile = problem.tile().display().to_string();
+            if let Some(report) = self.inputs.tiles.iter_mut().find(|report| report.file == tile) {
+                report.problems.push(problem.to_string());
+                if let TileProblem::MissingPoints { expected, read, .. } = problem {
+                    report.missing_points += expected.saturating_sub(read);
+                }
+            }
+        }
+        if counts.dropped.unknown_building > 0 {
+            let dropped = counts.dropped.unknown_building;
+            journal
+                .warn(&format!("{dropped} building points name a building that has no footprint; they are left out"));
+        }
+        self.inputs.points = counts;
+        if incomplete > 0 {
+            journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
+        }
     }
 
     /// The same with these tiles alone, and without anything to be written.
@@ -101,7 +125,7 @@ impl Plan {
 ///
 /// # Errors
 /// As [`super::run`], as far as it can be told before the points are read.
-pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
+pub(super) fn plan(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
     let fed = job.fed.as_ref();
     let clouds = clouds::of_job(job)?;
     let names: Vec<PathBuf> = clouds.iter().flat_map(|cloud| &cloud.paths).cloned().collect();
@@ -261,102 +285,6 @@ fn name_clouds(clouds: &[Cloud], reports: &mut [TileReport]) {
 fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.split('.').find(|part| !part.is_empty()).unwrap_or("model").to_owned()
-}
-
-/// Collects the points of each footprint, on the threads of `pool`.
-///
-/// # Errors
-/// What [`segment()`] says.
-pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<'_>) -> Result<Vec<Task>> {
-    let footprints = std::mem::take(&mut plan.footprints);
-    let total = plan.tiles.iter().map(|tile| tile.points).sum();
-    let Segmentation { sites, notes, counts, problems, warnings } =
-        journal.stage(Stage::Segment, total, |journal| {
-            let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
-            let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
-            let segment = match (plan.has_stand_ins, names_buildings) {
-                (false, _) => segment,
-                (true, false) => segment_object,
-                (true, true) => segment_named,
-            };
-            let ground = plan.ground.as_ref();
-            let of_tiles = |tiles: &[Tile], footprints, options: &SegmentOptions| {
-                segment(tiles, footprints, &plan.crs, options, &progress, ground)
-            };
-            pool.install(|| surveyed::segment(&plan.clouds, &plan.tiles, footprints, &plan.segmentation, of_tiles))
-                .map_err(|error| name_the_footprints(error, plan))
-        })?;
-    for warning in warnings {
-        journal.warn(&warning);
-    }
-    for problem in problems {
-        journal.warn(&problem.to_string());
-        let tile = problem.tile().display().to_string();
-        if let Some(report) = plan.inputs.tiles.iter_mut().find(|report| report.file == tile) {
-            report.problems.push(problem.to_string());
-            if let TileProblem::MissingPoints { expected, read, .. } = problem {
-                report.missing_points += expected.saturating_sub(read);
-            }
-        }
-    }
-    if counts.dropped.unknown_building > 0 {
-        let dropped = counts.dropped.unknown_building;
-        journal.warn(&format!("{dropped} building points name a building that has no footprint; they are left out"));
-    }
-    plan.inputs.points = counts;
-    let (sites, notes) = wanted(sites, notes, &plan.is_wanted);
-    let incomplete = sites.iter().filter(|site| !plan.has_stand_ins && !site.coverage.is_complete()).count();
-    if incomplete > 0 {
-        let total = sites.len();
-        journal.warn(&format!("{incomplete} of {total} footprints are not wholly covered by the tiles"));
-    }
-    let mut tasks = boxed(sites, notes, plan.has_stand_ins);
-    tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| layer::rejected(feature, &plan.crs)));
-    if let Some(files) = &plan.files {
-        // One file is written after the other.
-        tasks.sort_by_key(|task| files.of_building.get(task.id()));
-    }
-    Ok(tasks)
-}
-
-/// The sites that are wanted, with their notes.
-fn wanted(sites: Vec<Site>, notes: Vec<Vec<String>>, is_wanted: &[bool]) -> (Vec<Site>, Vec<Vec<String>>) {
-    if is_wanted.iter().all(|is_wanted| *is_wanted) {
-        return (sites, notes);
-    }
-    let both = sites.into_iter().zip(notes).zip(is_wanted).filter(|(_, is_wanted)| **is_wanted);
-    both.map(|(both, _)| both).unzip()
-}
-
-/// The sites as tasks. They are taken from the end and their memory is given back on the way: of a city, both lists would
-/// be among the largest things there are.
-fn boxed(mut sites: Vec<Site>, mut notes: Vec<Vec<String>>, has_stand_ins: bool) -> Vec<Task> {
-    const AT_ONCE: usize = 4096;
-    let mut tasks = Vec::with_capacity(sites.len());
-    while !sites.is_empty() {
-        let from = sites.len().saturating_sub(AT_ONCE);
-        let some = sites.drain(from..).zip(notes.drain(from.min(notes.len())..)).rev().map(|(site, notes)| {
-            let site = if has_stand_ins { single::without_footprint(site) } else { site };
-            Task::Reconstruct { site: Box::new(site), notes }
-        });
-        tasks.extend(some);
-        sites.shrink_to_fit();
-        notes.shrink_to_fit();
-    }
-    tasks.reverse();
-    tasks
-}
-
-/// Segmentation knows footprints, not their file: a fault of theirs gets its name and the CRS that it came in.
-fn name_the_footprints(error: Error, plan: &Plan) -> Error {
-    match (error, &plan.inputs.footprints) {
-        (Error::Input(mut fault), Some(report)) if fault.file == Path::new("footprints") => {
-            fault.file = PathBuf::from(&report.file);
-            fault.place = format!("in {}", report.crs.as_deref().unwrap_or("a CRS that it does not name"));
-            fault.into()
-        }
-        (error, _) => error,
-    }
 }
 
 /// Says which classes there are when no footprint holds a point of those that were asked for.

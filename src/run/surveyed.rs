@@ -7,6 +7,14 @@ use crate::segment::{SegmentOptions, Segmentation};
 use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
 
+/// The options for the points of the only cloud that all buildings are made from; `None` where each is made from the best of several.
+pub(super) fn of_single(clouds: &[Cloud], options: &SegmentOptions) -> Option<SegmentOptions> {
+    match (clouds, &options.year_attribute) {
+        ([only], None) => Some(only.options(options)),
+        _ => None,
+    }
+}
+
 /// Gives `footprints` their points from the tiles of `clouds`; `of_tiles` does so from some tiles, with these options. A cloud that is of no use is
 /// told and left out.
 ///
@@ -19,8 +27,8 @@ pub(super) fn segment(
     options: &SegmentOptions,
     of_tiles: impl Fn(&[Tile], Vec<Footprint>, &SegmentOptions) -> Result<Segmentation>,
 ) -> Result<Segmentation> {
-    if let ([only], None) = (clouds, &options.year_attribute) {
-        return of_tiles(tiles, footprints, &only.options(options));
+    if let Some(options) = of_single(clouds, options) {
+        return of_tiles(tiles, footprints, &options);
     }
     let mut whole = Segmentation::default();
     let mut offers = Vec::with_capacity(clouds.len());

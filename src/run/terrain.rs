@@ -1,6 +1,7 @@
 //! The terrain of a run: ground points are put aside while tiles stream by, and become a surface once all buildings stand.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::ThreadPool;
 
@@ -20,9 +21,9 @@ use crate::terrain::{Grid, GroundStore, Outlines, Tally, Terrain, TerrainOptions
 ///
 /// # Errors
 /// The folder cannot be written to.
-pub(super) fn store(job: &Job, model: Option<&Path>, crs: &Crs) -> Result<Option<GroundStore>> {
+pub(super) fn store(job: &Job, model: Option<&Path>, crs: &Crs) -> Result<Option<Arc<GroundStore>>> {
     let Some(options) = &job.terrain else { return Ok(None) };
-    GroundStore::create(&folder(model), Grid::new(options, crs.metres_per_unit)).map(Some)
+    GroundStore::create(&folder(model), Grid::new(options, crs.metres_per_unit)).map(|store| Some(Arc::new(store)))
 }
 
 /// Where files without a name may stand.
@@ -45,7 +46,7 @@ pub(super) struct Laid {
 pub(super) fn lay(
     job: &Job,
     plan: &Plan,
-    (store, outlines): (GroundStore, Outlines),
+    (store, outlines): (Arc<GroundStore>, Outlines),
     journal: &Journal<'_>,
 ) -> Result<Laid> {
     let options = job.terrain.clone().unwrap_or_default();
@@ -75,7 +76,7 @@ pub(super) fn lay(
 pub(super) fn write(
     laid: &Laid,
     pool: &ThreadPool,
-    journal: &mut Journal<'_>,
+    journal: &Journal<'_>,
     write: &mut dyn FnMut(&mut Feature) -> Result<()>,
 ) -> Result<TerrainReport> {
     let tiles = laid.terrain.tiles();

@@ -1,22 +1,26 @@
 //! Reconstructing and writing: buildings go to the sink as they get done.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use rayon::ThreadPool;
 
-use super::buildings::{Task, reconstruct_all};
+use super::buildings::{Told, reconstruct_all};
 use super::checkpoint::{self, Checkpoint};
 use super::files::ManyFiles;
-use super::identity::{Identity, hash_of};
+use super::identity::Identity;
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
-use super::template::Files;
+use super::records::Records;
+use super::roster::Roster;
+use super::supply::Supply;
 use super::terrain;
 use crate::building::Building;
 use crate::error::{Error, Result};
 use crate::report::{BuildingReport, Counts, TerrainReport};
+use crate::segment::Swept;
 use crate::sink::{self, Encoder, Feature, Metadata, PREFIX, PREFIX_MEMBER, Sink};
 use crate::site::Site;
 use crate::source::cityjson::Transform;
@@ -35,8 +39,18 @@ pub(super) struct Done {
     pub(super) lacks_terrain: bool,
     /// The files of the model.
     pub(super) outputs: Vec<PathBuf>,
+    /// What was told of the points, and how many footprints the tiles do not wholly cover; `None` where that was told before, or an interruption left tiles unread.
+    pub(super) swept: Option<(Swept, usize)>,
     /// To be removed once the report is written; `None` when the run was interrupted, and it stays for the next.
     pub(super) checkpoint: Option<Checkpoint>,
+}
+
+/// What is to be written.
+pub(super) struct Work<'a> {
+    pub(super) supply: Supply<'a>,
+    pub(super) roster: &'a Roster,
+    /// Where the ground points wait for the terrain; `None` where there is to be none.
+    pub(super) ground: Option<Arc<GroundStore>>,
 }
 
 /// Reconstructs all tasks with `method` and writes the model to its file, to the sink that `open` opens, or to both.
@@ -49,32 +63,35 @@ pub(super) struct Done {
 pub(super) fn write(
     job: &Job,
     plan: &Plan,
-    (tasks, ground): (Vec<Task>, Option<GroundStore>),
+    work: Work<'_>,
     pool: &ThreadPool,
-    journal: &mut Journal<'_>,
+    journal: &Journal<'_>,
     method: impl Fn(&Site) -> Building + Sync,
     open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
-    let head = metadata(job, plan, &tasks);
+    let head = metadata(job, plan, work.roster.corner());
     let own = open.map(|open| open(&head)).transpose()?;
     let Some(model) = &plan.model else {
         let mut writer = Writer { job, plan, pool, sinks: own.into_iter().collect() };
-        return writer.write((tasks, ground), journal, method, None);
+        return writer.write(work, journal, method, (&Records::nameless()?, false));
     };
     let mut parameters = serde_json::to_value(&job.parameters).unwrap_or_default();
     parameters["field"] = job.field.identity()?;
-    let identity = Identity::new(parameters, hash_of(&tasks, pool));
-    let checkpoint = Checkpoint::open(model, &identity, job.resume)?;
+    let checkpoint = Checkpoint::open(model, &Identity::new(parameters), job.resume)?;
     if job.resume {
-        journal.warn(&match checkpoint.len() {
+        journal.warn(&match checkpoint.records().len() {
             0 => format!("{}: nothing to resume; this run starts from the beginning", checkpoint.folder().display()),
-            n => format!("{}: {n} of {} buildings are taken from there", checkpoint.folder().display(), tasks.len()),
+            n => format!(
+                "{}: {n} of {} buildings are taken from there",
+                checkpoint.folder().display(),
+                work.roster.len()
+            ),
         });
     }
     let overwrite = job.overwrite || plan.continues;
     let mut outputs = Vec::new();
     let file: Result<Box<dyn Sink + '_>> = if let Some(files) = &plan.files {
-        let heads = heads_of_files(job, plan, &tasks, files);
+        let heads = work.roster.corners.iter().map(|corner| metadata(job, plan, *corner)).collect();
         Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
     } else {
         outputs.push(model.clone());
@@ -82,7 +99,7 @@ pub(super) fn write(
     };
     let mut outcome = file.and_then(|file| {
         let mut writer = Writer { job, plan, pool, sinks: std::iter::once(file).chain(own).collect() };
-        writer.write((tasks, ground), journal, method, Some(&checkpoint))
+        writer.write(work, journal, method, (checkpoint.records(), true))
     });
     if let (Some(files), Ok(done)) = (&plan.files, &mut outcome) {
         for building in &mut done.buildings {
@@ -115,31 +132,40 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Reconstructs, makes the terrain, and writes both.
+    /// Reads what is still to be read, reconstructs, makes the terrain, and writes both.
     fn write(
         &mut self,
-        (tasks, ground): (Vec<Task>, Option<GroundStore>),
-        journal: &mut Journal<'_>,
+        Work { supply, roster, ground }: Work<'_>,
+        journal: &Journal<'_>,
         method: impl Fn(&Site) -> Building + Sync,
-        checkpoint: Option<&Checkpoint>,
+        records: (&Records, bool),
     ) -> Result<Done> {
         let Self { job, plan, pool, sinks } = self;
-        let encoder = Encoder::new(tasks.iter().map(Task::id).collect(), job.point_cloud.clone());
+        let encoder = Encoder::new(roster.ids.clone(), job.point_cloud.clone());
         let mut encoder = encoder.with_attributes(job.attributes.clone());
         let mut outlines = ground.is_some().then(Outlines::default);
-        let (counts, buildings) = journal.stage(Stage::Reconstruct, tasks.len() as u64, |journal| {
-            let grid_steps = job.parameters.grid_steps().unwrap_or(1);
-            reconstruct_all(tasks, pool, journal, checkpoint, grid_steps, method, |building| {
-                if let Some(outlines) = &mut outlines {
-                    outlines.add(building);
-                }
-                let feature = encoder.feature(building);
-                sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
-            })
-        })?;
+        let Told { counts, buildings, outdated } =
+            journal.stage(Stage::Reconstruct, roster.len() as u64, |journal| {
+                let grid_steps = job.parameters.grid_steps().unwrap_or(1);
+                reconstruct_all(&supply, roster.len(), pool, journal, records, grid_steps, method, |building| {
+                    if let Some(outlines) = &mut outlines {
+                        outlines.add(building);
+                    }
+                    let feature = encoder.feature(building);
+                    sinks.iter_mut().try_for_each(|sink| sink.write(&feature))
+                })
+            })?;
+        if outdated > 0 {
+            journal.warn(&format!(
+                "{outdated} of the buildings of the earlier run were made from other points, footprints or classes: they are \
+                 made anew"
+            ));
+        }
         if counts.not_reached > 0 && counts.written == 0 {
             return Err(Error::Interrupted);
         }
+        // Of tiles that were not all read nothing can be told.
+        let swept = if counts.not_reached == 0 { supply.finish()? } else { None };
         let terrain = match (ground, outlines) {
             (Some(store), Some(outlines)) if !journal.interrupted() => {
                 let terrain = terrain::lay(job, plan, (store, outlines), journal)?;
@@ -166,34 +192,13 @@ impl Writer<'_> {
             Ok(())
         })?;
         let lacks_terrain = job.terrain.is_some() && terrain.as_ref().is_none_or(|terrain| terrain.not_reached > 0);
-        Ok(Done { counts, buildings, terrain, lacks_terrain, outputs: Vec::new(), checkpoint: None })
+        Ok(Done { counts, buildings, terrain, lacks_terrain, outputs: Vec::new(), checkpoint: None, swept })
     }
 }
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
-pub(super) fn metadata(job: &Job, plan: &Plan, tasks: &[Task]) -> Metadata {
-    head(job, plan, corner(tasks.iter()))
-}
-
-/// The heads of the files of a model: each as if its buildings were all.
-fn heads_of_files(job: &Job, plan: &Plan, tasks: &[Task], files: &Files) -> Vec<Metadata> {
-    let mut of_file: Vec<Vec<&Task>> = vec![Vec::new(); files.paths.len()];
-    for task in tasks {
-        if let Some(tasks) = files.of_building.get(task.id()).and_then(|&file| of_file.get_mut(file)) {
-            tasks.push(task);
-        }
-    }
-    of_file.into_iter().map(|tasks| head(job, plan, corner(tasks.into_iter()))).collect()
-}
-
-/// The corner of all frames. It depends on the footprints alone, as each frame does.
-fn corner<'a>(tasks: impl Iterator<Item = &'a Task>) -> [f64; 3] {
-    let origins = tasks.filter_map(Task::site).map(|site| site.frame.origin);
-    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
-    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
-}
-
-fn head(job: &Job, plan: &Plan, translate: [f64; 3]) -> Metadata {
+/// `corner` is that of the frames of its buildings.
+pub(super) fn metadata(job: &Job, plan: &Plan, translate: [f64; 3]) -> Metadata {
     let is_local = plan.crs.is_local();
     let mut others = Metadata::making(parameters(job));
     if is_local {

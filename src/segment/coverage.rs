@@ -1,8 +1,14 @@
 //! How far the tiles cover a footprint.
 
+use super::neighbourhood::{Place, Rectangle};
 use crate::site::{Coverage, Frame};
 use crate::source::points::Extent;
 use geo::{Area, BooleanOps, BoundingRect, MultiPolygon, Rect, coord, unary_union};
+use rstar::primitives::GeomWithData;
+use rstar::{AABB, RTree};
+
+/// What lies farther than this from a footprint does not cover it, seams included, metres.
+pub(super) const REACH: f64 = SEAM + BESIDE;
 
 /// Edges of tiles this close to one another are taken for one edge, metres. Extents are tight around the points, so
 /// tiles that were cut from one cloud have gaps of about the spacing of the points between them, and ragged sides.
@@ -12,10 +18,44 @@ const BESIDE: f64 = 0.5;
 /// Shares are rounded to this many steps, so that they do not hang on the last bit of an area.
 const SHARE_STEPS: f64 = 1e6;
 
-/// The rectangles of `extents` in CRS units, with seams closed: edges that nearly coincide are moved outwards to the
-/// outermost of them.
-pub(super) fn seamless(extents: &[Extent], metres_per_unit: [f64; 3]) -> Vec<([f64; 2], [f64; 2])> {
-    let mut rectangles: Vec<_> = extents.iter().map(|e| ([e.min[0], e.min[1]], [e.max[0], e.max[1]])).collect();
+/// The rectangles that were scanned, by where they lie.
+#[derive(Debug)]
+pub(super) struct Covered {
+    tree: RTree<GeomWithData<rstar::primitives::Rectangle<[f64; 2]>, u32>>,
+    metres_per_unit: [f64; 3],
+}
+
+impl Covered {
+    /// Nothing yet.
+    pub fn new(metres_per_unit: [f64; 3]) -> Self {
+        Self { tree: RTree::new(), metres_per_unit }
+    }
+
+    /// Takes the extents of a tile, CRS units.
+    pub fn extend(&mut self, extents: Vec<Extent>) {
+        for extent in extents.into_iter().filter(|extent| !extent.is_empty()) {
+            let corners = [extent.min, extent.max].map(|corner| [corner[0], corner[1]]);
+            let rectangle = rstar::primitives::Rectangle::from_corners(corners[0], corners[1]);
+            self.tree.insert(GeomWithData::new(rectangle, self.tree.size() as u32));
+        }
+    }
+
+    /// Those near a footprint, CRS units, in the order in which they came and with seams closed. What lies elsewhere makes
+    /// no difference.
+    pub fn near(&self, place: &Place) -> Vec<Rectangle> {
+        let Some((low, high)) = place.surroundings(REACH) else { return Vec::new() };
+        let mut near: Vec<(u32, Rectangle)> = self
+            .tree
+            .locate_in_envelope_intersecting(&AABB::from_corners(low, high))
+            .map(|found| (found.data, (found.geom().lower(), found.geom().upper())))
+            .collect();
+        near.sort_unstable_by_key(|(order, _)| *order);
+        seamless(near.into_iter().map(|(_, rectangle)| rectangle).collect(), self.metres_per_unit)
+    }
+}
+
+/// Rectangles in CRS units with seams closed: edges that nearly coincide are moved outwards to the outermost of them.
+fn seamless(mut rectangles: Vec<Rectangle>, metres_per_unit: [f64; 3]) -> Vec<Rectangle> {
     for axis in 0..2 {
         let seam = SEAM / metres_per_unit[axis];
         let mut edges: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * rectangles.len());
@@ -40,7 +80,7 @@ pub(super) fn seamless(extents: &[Extent], metres_per_unit: [f64; 3]) -> Vec<([f
 }
 
 /// The share of `polygon` (local metres) that lies in any of `rectangles` (CRS units).
-pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])]) -> Coverage {
+pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[Rectangle]) -> Coverage {
     let area = polygon.unsigned_area();
     let share = match touching(polygon, frame, rectangles, 0.0) {
         Touching::All => return Coverage { share: 1.0 },
@@ -55,7 +95,7 @@ pub(super) fn coverage(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &
 pub(super) fn covered(
     polygon: &MultiPolygon<f64>,
     frame: &Frame,
-    rectangles: &[([f64; 2], [f64; 2])],
+    rectangles: &[Rectangle],
 ) -> Option<MultiPolygon<f64>> {
     let covered = match touching(polygon, frame, rectangles, BESIDE) {
         Touching::All => return None,
@@ -77,7 +117,7 @@ enum Touching {
 }
 
 /// What of `rectangles`, made wider by `beside` metres, touches `polygon`.
-fn touching(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2], [f64; 2])], beside: f64) -> Touching {
+fn touching(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[Rectangle], beside: f64) -> Touching {
     let Some(around) = polygon.bounding_rect() else { return Touching::None };
     let local = |place: [f64; 2], by: f64| {
         let point = frame.to_local([place[0], place[1], 0.0]);
@@ -104,13 +144,12 @@ fn touching(polygon: &MultiPolygon<f64>, frame: &Frame, rectangles: &[([f64; 2],
 
 #[cfg(test)]
 mod tests {
-    use super::{coverage, covered, seamless};
+    use super::{Rectangle, coverage, covered, seamless};
     use crate::site::Frame;
-    use crate::source::points::Extent;
     use geo::{BoundingRect, MultiPolygon, coord, polygon};
 
-    fn extent(x: [f64; 2], y: [f64; 2]) -> Extent {
-        Extent { min: [x[0], y[0], 0.0], max: [x[1], y[1], 9.0] }
+    fn extent(x: [f64; 2], y: [f64; 2]) -> Rectangle {
+        ([x[0], y[0]], [x[1], y[1]])
     }
 
     #[test]
@@ -119,7 +158,9 @@ mod tests {
             polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)],
         ]);
         let frame = Frame { origin: [100.0, 200.0, 0.0], metres_per_unit: [1.0; 3] };
-        let share = |extents: &[Extent]| coverage(&square, &frame, &seamless(extents, frame.metres_per_unit)).share;
+        let share = |rectangles: &[Rectangle]| {
+            coverage(&square, &frame, &seamless(rectangles.to_vec(), frame.metres_per_unit)).share
+        };
         assert_eq!(share(&[extent([90.0, 120.0], [190.0, 230.0])]), 1.0);
         assert_eq!(share(&[extent([90.0, 104.0], [190.0, 230.0])]), 0.4);
         // Two overlapping halves: 6 of 10 columns, and 3 rows of the other 4.
@@ -134,7 +175,7 @@ mod tests {
             polygon![(x: 0.0, y: 0.0), (x: 10.0, y: 0.0), (x: 10.0, y: 10.0), (x: 0.0, y: 10.0)],
         ]);
         let frame = Frame { origin: [100.0, 200.0, 0.0], metres_per_unit: [1.0; 3] };
-        let part = |x: f64| covered(&square, &frame, &seamless(&[extent([90.0, x], [190.0, 230.0])], [1.0; 3]));
+        let part = |x: f64| covered(&square, &frame, &seamless(vec![extent([90.0, x], [190.0, 230.0])], [1.0; 3]));
         let rect = part(104.0).and_then(|part| part.bounding_rect()).unwrap();
         assert_eq!((rect.min(), rect.max()), (coord! { x: 0.0, y: 0.0 }, coord! { x: 4.5, y: 10.0 }));
         assert_eq!(part(109.6), None);
@@ -154,7 +195,9 @@ mod tests {
         for corner in [5.0, 15.0, 35.0] {
             let [a, b] = [corner, corner + 8.0];
             let square = MultiPolygon::new(vec![polygon![(x: a, y: a), (x: b, y: a), (x: b, y: b), (x: a, y: b)]]);
-            let share = |extents: &[Extent]| coverage(&square, &frame, &seamless(extents, frame.metres_per_unit)).share;
+            let share = |rectangles: &[Rectangle]| {
+                coverage(&square, &frame, &seamless(rectangles.to_vec(), frame.metres_per_unit)).share
+            };
             assert_eq!(share(&whole), share(&quarters), "at {corner}");
         }
     }

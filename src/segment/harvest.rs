@@ -3,7 +3,7 @@
 use super::counts::PointCounts;
 use super::ground::{GROUND_CELL, Lows, OPEN_CELL};
 use super::naming::Naming;
-use super::neighbourhood::{Neighbourhood, snap, to_local};
+use super::neighbourhood::{Neighbourhood, Place, snap, to_local};
 use super::options::{BuildingClasses, NEVER_BUILDING, NOISE, SegmentOptions, UseFlagged};
 use super::outside::Outside;
 use super::thinned::{Choice, Thinned};
@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::source::points::{Block, Extent, Region, Tile, TileProblem};
 use crate::terrain::{Collector, GroundStore};
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::sync::Arc;
 
 /// Classes that say that a point is of the ground, or on a bridge (LAS 1.4 R15, table 17).
 const GROUND_LIKE: [u8; 4] = [8, 17, 20, 21];
@@ -60,7 +60,7 @@ impl Roles {
     }
 }
 
-/// What one tile, or several, give to the sites. Joining harvests gives the same whatever the order.
+/// What one tile gives to the sites.
 pub(super) struct Harvest {
     /// Building points per footprint, local metres, in no particular order and with duplicates.
     pub points: BTreeMap<usize, Vec<[f64; 3]>>,
@@ -112,7 +112,8 @@ impl Harvest {
     ) -> Result<Self> {
         let mut harvest = Self::new(metres_per_unit);
         let is_far = |extent: Extent| !all.is_wanted([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]);
-        let named = naming.table(tile);
+        let named: Vec<Option<(usize, Arc<Place>)>> =
+            naming.table(tile).into_iter().map(|index| index.map(|index| (index, all.place(index)))).collect();
         // A point that names its building may lie anywhere.
         let is_passed_over = named.is_empty() && tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent();
         if is_passed_over && terrain.is_none() {
@@ -148,9 +149,9 @@ impl Harvest {
                 let position = point.position.map(snap);
                 if naming.by_place && (role.candidate || is_flagged && role.building) {
                     let kind = Unused::of(&point, is_flagged);
-                    for &index in lookup.near(position).unwrap_or_default() {
-                        if all.contains(index, position) {
-                            *harvest.unused.entry((index, kind)).or_default() += 1;
+                    for (index, place) in lookup.near(position).unwrap_or_default() {
+                        if place.contains(position) {
+                            *harvest.unused.entry((*index, kind)).or_default() += 1;
                         }
                     }
                 }
@@ -158,12 +159,12 @@ impl Harvest {
                     if let Some(collector) = &mut collector {
                         collector.add(position, role.ground);
                     }
-                    let building = point.building.map(|place| named.get(place as usize).copied().flatten());
+                    let building = point.building.map(|of| named.get(of as usize).and_then(Option::as_ref));
                     if let Some(building) = building.filter(|_| role.building) {
                         match building {
-                            Some(index) => {
-                                let local = to_local(&all.frames[index], position);
-                                harvest.points.entry(index).or_default().push(local);
+                            Some((index, place)) => {
+                                let local = to_local(&place.frame, position);
+                                harvest.points.entry(*index).or_default().push(local);
                             }
                             None => dropped.unknown_building += 1,
                         }
@@ -176,25 +177,25 @@ impl Harvest {
                     }
                     if role.ground {
                         harvest.ground.add(position);
-                        for &index in footprints.iter().filter(|_| naming.by_place) {
-                            if all.contains(index, position) {
-                                harvest.inner_ground.entry(index).or_insert_with(inner).add(position);
+                        for (index, place) in footprints.iter().filter(|_| naming.by_place) {
+                            if place.contains(position) {
+                                harvest.inner_ground.entry(*index).or_insert_with(inner).add(position);
                             }
                         }
                     }
                     if role.building && building.is_none() && naming.by_place {
                         let mut is_inside = false;
-                        for &index in footprints {
-                            let local = to_local(&all.frames[index], position);
-                            if all.prepared(index).contains([local[0], local[1]]) {
-                                harvest.points.entry(index).or_default().push(local);
+                        for (index, place) in footprints {
+                            let local = to_local(&place.frame, position);
+                            if place.prepared.contains([local[0], local[1]]) {
+                                harvest.points.entry(*index).or_default().push(local);
                                 is_inside = true;
                             }
                         }
-                        for &index in footprints.iter().filter(|_| !is_inside) {
-                            let local = to_local(&all.frames[index], position);
-                            if all.is_under_roof(index, local) {
-                                harvest.under_eaves.entry(index).or_default().push(local);
+                        for (index, place) in footprints.iter().filter(|_| !is_inside) {
+                            let local = to_local(&place.frame, position);
+                            if place.is_under_roof(local) {
+                                harvest.under_eaves.entry(*index).or_default().push(local);
                             }
                         }
                     }
@@ -221,31 +222,5 @@ impl Harvest {
             harvest.extents.push(seen);
         }
         Ok(harvest)
-    }
-
-    /// Takes over another harvest.
-    pub fn merge(&mut self, other: Self) {
-        for (index, points) in other.points {
-            self.points.entry(index).or_default().extend(points);
-        }
-        for (index, points) in other.under_eaves {
-            self.under_eaves.entry(index).or_default().extend(points);
-        }
-        self.ground.merge(other.ground);
-        for (index, ground) in other.inner_ground {
-            match self.inner_ground.entry(index) {
-                Entry::Vacant(slot) => {
-                    slot.insert(ground);
-                }
-                Entry::Occupied(mut slot) => slot.get_mut().merge(ground),
-            }
-        }
-        self.lows.merge(other.lows);
-        for (key, n) in other.unused {
-            *self.unused.entry(key).or_default() += n;
-        }
-        self.counts.add(&other.counts);
-        self.extents.extend(other.extents);
-        self.problems.extend(other.problems);
     }
 }

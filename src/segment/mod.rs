@@ -1,6 +1,6 @@
 //! Segmentation: tiles and footprints become sites, one per footprint, whatever the tiling.
 //!
-//! Every tile is streamed once, tiles in parallel. Of its points only those inside a footprint are kept, of the
+//! Every tile is streamed once, tiles in parallel, and a [`Sweep`] gives each site as soon as all is known of it. Of its points only those inside a footprint are kept, of the
 //! ground around footprints one point per square metre, and of the ground inside them four. What is kept is a set: joining tiles in any order, cutting a
 //! cloud into tiles, overlapping them or giving one twice leaves every site as it is, bit for bit. A site depends on its
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
@@ -14,14 +14,19 @@ mod harvest;
 mod naming;
 mod neighbourhood;
 mod options;
+mod order;
 mod outside;
 mod refuse;
 mod roof_height;
 mod scanned;
+mod shelf;
 mod strays;
+mod sweep;
 mod thinned;
+mod totals;
 mod unused;
 mod vegetation;
+mod waiting;
 
 #[cfg(test)]
 mod tests;
@@ -32,19 +37,19 @@ pub use options::{AnyClass, BuildingClasses, GroundLevel, HeightAbove, NOISE, Se
 pub use scanned::Scanned;
 
 use crate::error::Result;
-use crate::record::Record;
-use crate::site::{Coverage, Eaves, Ground, Site};
+use crate::site::{Coverage, Ground, Site};
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
 use crate::terrain::GroundStore;
 use geo::MultiPolygon;
-use harvest::{Harvest, Roles};
 use nalgebra::Point3;
-use naming::Naming;
-use neighbourhood::Neighbourhood;
+pub(crate) use neighbourhood::frame_of;
+use neighbourhood::{Place, Rectangle};
 use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
+use std::collections::BTreeSet;
+pub use sweep::{Part, Sweep};
+pub use totals::Swept;
 
 /// What segmentation gives.
 #[derive(Debug, Default)]
@@ -118,7 +123,7 @@ pub fn segment_named(
 
 /// What footprints are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Meaning {
+pub enum Meaning {
     /// The outlines of buildings: what lies inside is theirs, and there their walls stand.
     Outlines,
     /// Where an object stands: what lies inside is its own.
@@ -129,134 +134,48 @@ enum Meaning {
 
 fn join(
     tiles: &[Tile],
-    mut footprints: Vec<Footprint>,
+    footprints: Vec<Footprint>,
     crs: &Crs,
     options: &SegmentOptions,
     meaning: Meaning,
     progress: &(dyn Fn(u64) + Sync),
     terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
-    refuse::options(options)?;
-    refuse::geographic(crs)?;
-    refuse::without_points(tiles)?;
-    let reach = options.ring_limit.max(options.ring_width);
-    let all = Neighbourhood::new(&footprints, crs, reach);
-    refuse::apart(tiles, &footprints, &all, crs)?;
-
-    let roles = Roles::new(options);
-    let naming = Naming::new(tiles, &footprints, meaning != Meaning::PlacesOfNamed);
-    // From here on only the polygons in their own frames are asked.
-    for footprint in &mut footprints {
-        footprint.polygon = MultiPolygon(Vec::new());
-        footprint.roofprint = None;
+    // All is held, because all is asked for.
+    let sweep = Sweep::new(tiles, footprints, crs, options, meaning, terrain, usize::MAX)?;
+    let parts: Vec<Part> =
+        (0..sweep.tiles()).into_par_iter().map(|tile| sweep.read(tile, progress)).collect::<Result<_>>()?;
+    for (tile, part) in parts.into_iter().enumerate() {
+        sweep.take(tile, part)?;
     }
-    let mut harvest = tiles
-        .par_iter()
-        .map(|tile| Harvest::of(tile, &all, &roles, &naming, crs.metres_per_unit, (progress, terrain)))
-        .try_reduce(
-            || Harvest::new(crs.metres_per_unit),
-            |mut a, b| {
-                a.merge(b);
-                Ok(a)
-            },
-        )?;
-    refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
-
-    let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
-    let mut gathered: Vec<Vec<[f64; 3]>> =
-        (0..footprints.len()).map(|index| harvest.points.remove(&index).unwrap_or_default()).collect();
-    let used: Vec<u64> = gathered.iter().map(|points| points.len() as u64).collect();
-    gathered.par_iter_mut().chain(harvest.under_eaves.par_iter_mut().map(|(_, points)| points)).for_each(|points| {
-        points.sort_unstable_by(lexicographic);
-        points.dedup();
+    let first: Vec<_> =
+        (0..sweep.footprints()).into_par_iter().map(|index| sweep.site(index)).collect::<Result<_>>()?;
+    let rest: BTreeSet<usize> = sweep.rest().into_iter().map(|(index, _)| index).collect();
+    let made = first.into_par_iter().enumerate().map(|(index, made)| match made {
+        Some(made) => Ok(Some(made)),
+        None if rest.contains(&index) => sweep.site(index),
+        None => Ok(None),
     });
-    // A building without points stands on its ground, too, where the height of its roof is stated.
-    let is_asked = |index: usize| used[index] > 0 || options.roof_height_attribute.is_some();
-    let stated = ground::read_stated(&footprints, &all, crs, is_asked, options)?;
-    let grounds = ground::estimate(&all, &harvest.ground, &harvest.lows, &gathered, &stated, meaning, options);
-    let roofs = roof_height::stated(&footprints, &all, &grounds, options);
-    let inner: Vec<_> = (0..footprints.len()).map(|index| harvest.inner_ground.remove(&index)).collect();
-    let counts = Mutex::new(harvest.counts);
-    let finished: Vec<Finished> = gathered
-        .into_par_iter()
-        .zip(grounds)
-        .zip(inner)
-        .enumerate()
-        .map(|(index, ((points, (ground, line)), inner))| {
-            let duplicate = used[index] - points.len() as u64;
-            let (mut finished, mut count) = finish(index, points, ground, &all, &rectangles, options);
-            if used[index] > 0 {
-                count.dropped.duplicate = duplicate;
-                counts.lock().unwrap_or_else(PoisonError::into_inner).add(&count);
-            }
-            finished.ground_line = line.into_iter().map(Point3::from).collect();
-            let ground_points = ground::inside(&all.frames[index], inner.as_ref());
-            finished.ground_points = ground_points.into_iter().map(Point3::from).collect();
-            finished
-        })
-        .collect();
-    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let mut sites = Vec::with_capacity(footprints.len());
-    let mut notes = Vec::with_capacity(footprints.len());
-    let places = all.frames.into_iter().zip(all.polygons).zip(all.roofprints);
-    for (index, ((footprint, ((frame, polygon), roofprint)), finished)) in
-        footprints.into_iter().zip(places).zip(finished).enumerate()
-    {
-        let Finished { points, ground_points, ground, ground_line, coverage, covered } = finished;
-        let (id, attributes) = (footprint.id, footprint.attributes);
-        let eaves = roofprint.map(|roof| {
-            let points = harvest.under_eaves.remove(&index).unwrap_or_default();
-            Eaves { outline: roof.polygon, points: points.into_iter().map(Point3::from).collect() }
-        });
-        sites.push(Site {
-            id,
-            frame,
-            footprint: Some(polygon),
-            points,
-            ground_points,
-            ground,
-            ground_line,
-            coverage,
-            covered,
-            eaves,
-            attributes,
-            record: Record { roof_height: roofs.get(&index).copied(), ..Record::default() },
-        });
-        let mut own_notes = footprint.notes;
-        own_notes.extend(stated.notes.get(&index).cloned());
-        // Of an object more is known once its planes are found.
-        own_notes.extend(sites.last().filter(|_| meaning == Meaning::Outlines).and_then(ground::guess));
-        notes.push(own_notes);
-    }
-    let warnings = [
-        unused::absent(&counts, options),
-        unused::warning(&used, &harvest.unused, options),
-        ground::guesses(&sites, options).filter(|_| meaning == Meaning::Outlines),
-    ];
-    let warnings = stated.warnings.into_iter().chain(warnings.into_iter().flatten()).collect();
-    let mut problems = harvest.problems;
-    problems.sort();
+    let (sites, notes) = made.collect::<Result<Vec<_>>>()?.into_iter().flatten().unzip();
+    let Swept { counts, problems, warnings } = sweep.finish()?;
     Ok(Segmentation { sites, notes, counts, problems, warnings })
 }
 
 /// What is known of the place of one footprint.
 struct Finished {
     points: Vec<Point3<f64>>,
-    ground_points: Vec<Point3<f64>>,
     ground: Ground,
-    ground_line: Vec<Point3<f64>>,
     coverage: Coverage,
     covered: Option<MultiPolygon<f64>>,
 }
 
-/// Makes footprint `index` ready, whose `points` these are, sorted and without repeated ones, on this `ground`. Gives the
-/// counts of its points as well.
+/// Makes a footprint ready, whose `points` these are, sorted and without repeated ones, on this `ground`. Gives the counts of
+/// its points as well.
 fn finish(
-    index: usize,
     mut points: Vec<[f64; 3]>,
     ground: Ground,
-    all: &Neighbourhood,
-    rectangles: &[([f64; 2], [f64; 2])],
+    place: &Place,
+    rectangles: &[Rectangle],
     options: &SegmentOptions,
 ) -> (Finished, PointCounts) {
     let has_points = !points.is_empty();
@@ -269,15 +188,14 @@ fn finish(
             dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
         }
         dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
-        dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, all.prepared(index), options) as u64;
+        dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, &place.prepared, options) as u64;
     }
     counts.kept = points.len() as u64;
-    let (polygon, frame) = (&all.polygons[index], &all.frames[index]);
+    let (polygon, frame) = (&place.polygon, &place.frame);
     let coverage = coverage::coverage(polygon, frame, rectangles);
     let covered = if coverage.is_complete() { None } else { coverage::covered(polygon, frame, rectangles) };
     let points = points.into_iter().map(Point3::from).collect();
-    let finished = Finished { points, ground_points: Vec::new(), ground, ground_line: Vec::new(), coverage, covered };
-    (finished, counts)
+    (Finished { points, ground, coverage, covered }, counts)
 }
 
 fn lexicographic(a: &[f64; 3], b: &[f64; 3]) -> std::cmp::Ordering {

@@ -1,13 +1,17 @@
 //! Which footprints are near a place.
 
+use super::shelf::Shelf;
+use crate::error::Result;
 use crate::geometry::PreparedPolygon;
 use crate::site::Frame;
 use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
+use foldhash::fast::RandomState;
 use geo::{BoundingRect, MapCoords, MultiPolygon, coord};
-use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use std::sync::OnceLock;
+use std::collections::HashMap;
+use std::sync::{Arc, PoisonError, RwLock};
 
 /// Coordinates are rounded to this many steps per unit of the CRS, so that the same place has the same bits whatever
 /// the scale and offset of the tile that it comes from.
@@ -24,9 +28,9 @@ pub(super) fn snap(value: f64) -> f64 {
 ///
 /// The origin's height is 0 because the footprint has none of its own and heights of the Earth's surface are small
 /// enough for a double to hold micrometres.
-pub(super) fn frame_of(polygon: &MultiPolygon<f64>, crs: &Crs) -> Frame {
+pub(crate) fn frame_of(polygon: &MultiPolygon<f64>, metres_per_unit: [f64; 3]) -> Frame {
     let corner = polygon.bounding_rect().map_or([0.0; 2], |rect| [rect.min().x.floor(), rect.min().y.floor()]);
-    Frame { origin: [corner[0], corner[1], 0.0], metres_per_unit: crs.metres_per_unit }
+    Frame { origin: [corner[0], corner[1], 0.0], metres_per_unit }
 }
 
 /// `position` (CRS units, snapped) in local metres; snapped again, since the subtraction leaves its own rounding.
@@ -42,25 +46,76 @@ pub(super) fn polygon_to_local(frame: &Frame, polygon: &MultiPolygon<f64>) -> Mu
     })
 }
 
-/// The outline of a roof.
-pub(super) struct Roofprint {
-    /// In the local metres of its footprint.
+/// A footprint where it stands.
+#[derive(Debug)]
+pub(super) struct Place {
+    /// Its local frame.
+    pub frame: Frame,
+    /// In local metres.
     pub polygon: MultiPolygon<f64>,
     /// The same, prepared.
-    prepared: PreparedPolygon,
+    pub prepared: PreparedPolygon,
+    /// The outline of its roof in local metres, where it is known.
+    pub roofprint: Option<MultiPolygon<f64>>,
+    under_roof: Option<PreparedPolygon>,
+    /// The box of both, CRS units; `None` when the footprint is empty.
+    pub bounds: Option<Rectangle>,
 }
 
-/// All footprints, prepared when they are first asked, and a tree over their boxes.
+impl Place {
+    fn of(footprint: &Footprint, metres_per_unit: [f64; 3]) -> Self {
+        let frame = frame_of(&footprint.polygon, metres_per_unit);
+        let polygon = polygon_to_local(&frame, &footprint.polygon);
+        let roofprint = footprint.roofprint.as_ref().map(|roof| polygon_to_local(&frame, roof));
+        Self {
+            prepared: PreparedPolygon::new(&polygon),
+            under_roof: roofprint.as_ref().map(PreparedPolygon::new),
+            bounds: bounds(footprint),
+            frame,
+            polygon,
+            roofprint,
+        }
+    }
+
+    /// Whether it contains a place, in snapped CRS units.
+    pub fn contains(&self, position: [f64; 3]) -> bool {
+        let [x, y, _] = to_local(&self.frame, position);
+        self.prepared.contains([x, y])
+    }
+
+    /// Whether its roof lies over a place in its local metres, as far as its outline is known.
+    pub fn is_under_roof(&self, local: [f64; 3]) -> bool {
+        self.under_roof.as_ref().is_some_and(|roof| roof.contains([local[0], local[1]]))
+    }
+
+    /// The box around it and `width` metres more, CRS units; `None` when the footprint is empty.
+    pub fn surroundings(&self, width: f64) -> Option<Rectangle> {
+        let rect = self.polygon.bounding_rect()?;
+        let Frame { origin, metres_per_unit } = self.frame;
+        let place = |local: [f64; 2]| std::array::from_fn(|axis| origin[axis] + local[axis] / metres_per_unit[axis]);
+        Some((place([rect.min().x - width, rect.min().y - width]), place([rect.max().x + width, rect.max().y + width])))
+    }
+}
+
+/// Lower and upper corner of a rectangle, CRS units.
+pub(super) type Rectangle = ([f64; 2], [f64; 2]);
+
+/// The box of a footprint and its roof, CRS units.
+fn bounds(footprint: &Footprint) -> Option<Rectangle> {
+    // A roof covers its footprint.
+    let rect = footprint.roofprint.as_ref().unwrap_or(&footprint.polygon).bounding_rect()?;
+    // A step of slack: the polygons that are asked have been snapped.
+    let low = [rect.min().x, rect.min().y].map(|v| v - 2.0 / STEPS_PER_UNIT);
+    Some((low, [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT)))
+}
+
+/// All footprints, and a tree over their boxes. Those that are asked for are made ready and kept until they are
+/// [released](Self::release).
 pub(super) struct Neighbourhood {
-    /// Local frames, one per footprint.
-    pub frames: Vec<Frame>,
-    /// Footprints in local metres.
-    pub polygons: Vec<MultiPolygon<f64>>,
-    /// The same, prepared: those far from all points never are.
-    prepared: Vec<OnceLock<Box<PreparedPolygon>>>,
-    /// The outlines of their roofs in local metres, where they are known.
-    pub roofprints: Vec<Option<Box<Roofprint>>>,
-    tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
+    shelf: Shelf,
+    ready: RwLock<HashMap<usize, Arc<Place>, RandomState>>,
+    tree: RTree<GeomWithData<rstar::primitives::Rectangle<[f64; 2]>, u32>>,
+    metres_per_unit: [f64; 3],
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
     /// Side of a lookup square, CRS units.
@@ -68,77 +123,84 @@ pub(super) struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    /// Prepares `footprints`, of which everything up to `reach` metres away is wanted.
-    pub fn new(footprints: &[Footprint], crs: &Crs, reach: f64) -> Self {
-        let frames: Vec<Frame> = footprints.iter().map(|f| frame_of(&f.polygon, crs)).collect();
-        let polygons: Vec<_> = frames.iter().zip(footprints).map(|(f, p)| polygon_to_local(f, &p.polygon)).collect();
-        let boxes = footprints.iter().enumerate().filter_map(|(index, footprint)| {
-            // A roof covers its footprint.
-            let rect = footprint.roofprint.as_ref().unwrap_or(&footprint.polygon).bounding_rect()?;
-            // A step of slack: the polygons that are asked have been snapped.
-            let low = [rect.min().x, rect.min().y].map(|v| v - 2.0 / STEPS_PER_UNIT);
-            let high = [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT);
-            Some(GeomWithData::new(Rectangle::from_corners(low, high), index))
+    /// Of `footprints` everything up to `reach` metres away is wanted.
+    ///
+    /// # Errors
+    /// They are too many for memory, and cannot be put into a temporary file.
+    pub fn new(footprints: Vec<Footprint>, crs: &Crs, reach: f64) -> Result<Self> {
+        let boxes = (0..).zip(&footprints).filter_map(|(index, footprint)| {
+            let (low, high) = bounds(footprint)?;
+            Some(GeomWithData::new(rstar::primitives::Rectangle::from_corners(low, high), index))
         });
-        let roofprint = |(frame, footprint): (&Frame, &Footprint)| {
-            let polygon = polygon_to_local(frame, footprint.roofprint.as_ref()?);
-            Some(Box::new(Roofprint { prepared: PreparedPolygon::new(&polygon), polygon }))
-        };
+        let tree = RTree::bulk_load(boxes.collect());
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
-        Self {
-            tree: RTree::bulk_load(boxes.collect()),
-            roofprints: frames.iter().zip(footprints).map(roofprint).collect(),
-            prepared: polygons.iter().map(|_| OnceLock::new()).collect(),
-            polygons,
-            frames,
+        Ok(Self {
+            shelf: Shelf::new(footprints)?,
+            ready: RwLock::default(),
+            tree,
+            metres_per_unit: crs.metres_per_unit,
             reach: per_unit.map(|m| reach / m),
             square: per_unit.map(|m| SQUARE / m),
-        }
+        })
     }
 
-    /// Footprint `index` in its local frame, prepared.
-    pub fn prepared(&self, index: usize) -> &PreparedPolygon {
-        self.prepared[index].get_or_init(|| Box::new(PreparedPolygon::new(&self.polygons[index])))
+    /// How many footprints there are.
+    pub fn len(&self) -> usize {
+        self.shelf.len()
+    }
+
+    /// Footprint `index` as it came, in the CRS.
+    pub fn footprint(&self, index: usize) -> Footprint {
+        self.shelf.get(index)
+    }
+
+    /// Footprint `index` where it stands.
+    pub fn place(&self, index: usize) -> Arc<Place> {
+        if let Some(place) = self.ready.read().unwrap_or_else(PoisonError::into_inner).get(&index) {
+            return place.clone();
+        }
+        let place = Arc::new(Place::of(&self.shelf.get(index), self.metres_per_unit));
+        self.ready.write().unwrap_or_else(PoisonError::into_inner).entry(index).or_insert(place).clone()
+    }
+
+    /// Lets go of those that `is_done` with; they are made ready again where they are asked for as neighbours.
+    pub fn release(&self, is_done: impl Fn(usize) -> bool) {
+        self.ready.write().unwrap_or_else(PoisonError::into_inner).retain(|index, _| !is_done(*index));
+    }
+
+    /// Whether all footprints that were asked for could be read.
+    ///
+    /// # Errors
+    /// The temporary file cannot be read.
+    pub fn check(&self) -> Result<()> {
+        self.shelf.check()
     }
 
     /// Whether something is wanted of the rectangle.
     pub fn is_wanted(&self, low: [f64; 2], high: [f64; 2]) -> bool {
-        let envelope = AABB::from_corners(
-            [low[0] - self.reach[0], low[1] - self.reach[1]],
-            [high[0] + self.reach[0], high[1] + self.reach[1]],
-        );
-        self.tree.locate_in_envelope_intersecting(&envelope).next().is_some()
+        self.near((low, high), self.reach).next().is_some()
     }
 
     /// Whether any footprint touches the rectangle.
     pub fn touches(&self, low: [f64; 2], high: [f64; 2]) -> bool {
-        self.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)).next().is_some()
+        self.near((low, high), [0.0; 2]).next().is_some()
     }
 
-    /// The box of footprint `index` and `width` metres around it, CRS units; `None` when the footprint is empty.
-    pub fn surroundings(&self, index: usize, width: f64) -> Option<([f64; 2], [f64; 2])> {
-        let rect = self.polygons[index].bounding_rect()?;
-        let Frame { origin, metres_per_unit } = self.frames[index];
-        let place = |local: [f64; 2]| std::array::from_fn(|axis| origin[axis] + local[axis] / metres_per_unit[axis]);
-        Some((place([rect.min().x - width, rect.min().y - width]), place([rect.max().x + width, rect.max().y + width])))
+    /// The footprints that touch a rectangle and `margin` around it, CRS units.
+    pub fn near(&self, (low, high): Rectangle, margin: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
+        let (low, high) = ([low[0] - margin[0], low[1] - margin[1]], [high[0] + margin[0], high[1] + margin[1]]);
+        self.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)).map(|found| found.data as usize)
+    }
+
+    /// The boxes of all footprints that have one, CRS units.
+    pub fn boxes(&self) -> impl Iterator<Item = (usize, Rectangle)> + '_ {
+        self.tree.iter().map(|found| (found.data as usize, (found.geom().lower(), found.geom().upper())))
     }
 
     /// Whether the place, in snapped CRS units, is inside a footprint other than `own`.
     pub fn is_inside_another(&self, position: [f64; 3], own: usize) -> bool {
-        self.tree
-            .locate_in_envelope_intersecting(&AABB::from_point([position[0], position[1]]))
-            .any(|found| found.data != own && self.contains(found.data, position))
-    }
-
-    /// Whether footprint `index` contains the place, in snapped CRS units.
-    pub fn contains(&self, index: usize, position: [f64; 3]) -> bool {
-        let [x, y, _] = to_local(&self.frames[index], position);
-        self.prepared(index).contains([x, y])
-    }
-
-    /// Whether the roof of footprint `index` lies over a place in its local metres, as far as its outline is known.
-    pub fn is_under_roof(&self, index: usize, local: [f64; 3]) -> bool {
-        self.roofprints[index].as_ref().is_some_and(|roof| roof.prepared.contains([local[0], local[1]]))
+        let place = [position[0], position[1]];
+        self.near((place, place), [0.0; 2]).any(|other| other != own && self.place(other).contains(position))
     }
 
     /// A lookup that remembers the square that it was last asked for.
@@ -152,12 +214,12 @@ pub(super) struct Lookup<'a> {
     all: &'a Neighbourhood,
     square: [i64; 2],
     wanted: bool,
-    inside: Vec<usize>,
+    inside: Vec<(usize, Arc<Place>)>,
 }
 
 impl Lookup<'_> {
     /// The footprints whose boxes, or those of their roofs, touch the square around the place; `None` when nothing is wanted there.
-    pub fn near(&mut self, position: [f64; 3]) -> Option<&[usize]> {
+    pub fn near(&mut self, position: [f64; 3]) -> Option<&[(usize, Arc<Place>)]> {
         let side = self.all.square;
         let square = [0, 1].map(|axis| (position[axis] / side[axis]).floor() as i64);
         if square != self.square {
@@ -166,8 +228,8 @@ impl Lookup<'_> {
             let high = [0, 1].map(|axis| low[axis] + side[axis]);
             self.wanted = self.all.is_wanted(low, high);
             self.inside.clear();
-            let touching = self.all.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
-            self.inside.extend(touching.map(|found| found.data));
+            let touching = self.all.near((low, high), [0.0; 2]);
+            self.inside.extend(touching.map(|index| (index, self.all.place(index))));
         }
         self.wanted.then_some(self.inside.as_slice())
     }

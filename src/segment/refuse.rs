@@ -6,9 +6,7 @@ use super::neighbourhood::Neighbourhood;
 use super::options::SegmentOptions;
 use crate::error::{InputError, Result};
 use crate::source::crs::Crs;
-use crate::source::footprints::Footprint;
 use crate::source::points::{Extent, Tile};
-use geo::BoundingRect;
 
 /// The largest longitude and latitude.
 const DEGREES: [f64; 2] = [180.0, 90.0];
@@ -56,13 +54,13 @@ pub(super) fn geographic(crs: &Crs) -> Result<()> {
 pub(super) fn without_points(tiles: &[Tile]) -> Result<()> {
     if tiles.iter().all(|tile| tile.points == 0) {
         let found = if tiles.is_empty() { "no tile".to_owned() } else { format!("no point in {} tiles", tiles.len()) };
-        return Err(InputError::new(name_of(tiles), found, "tiles with points").into());
+        return Err(InputError::new(name_of(&tiles.iter().collect::<Vec<_>>()), found, "tiles with points").into());
     }
     Ok(())
 }
 
 /// Tiles and footprints lie apart.
-pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhood, crs: &Crs) -> Result<()> {
+pub(super) fn apart(tiles: &[Tile], all: &Neighbourhood, crs: &Crs) -> Result<()> {
     let mut cloud = Extent::EMPTY;
     for tile in tiles.iter().filter(|tile| tile.points > 0) {
         // What is not known cannot be ruled out.
@@ -79,9 +77,9 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
         return Ok(());
     }
     let mut layer = Extent::EMPTY;
-    for rect in footprints.iter().filter_map(|footprint| footprint.polygon.bounding_rect()) {
-        layer.grow([rect.min().x, rect.min().y, 0.0]);
-        layer.grow([rect.max().x, rect.max().y, 0.0]);
+    for (_, (low, high)) in all.boxes() {
+        layer.grow([low[0], low[1], 0.0]);
+        layer.grow([high[0], high[1], 0.0]);
     }
     if layer.is_empty() {
         return Ok(());
@@ -94,7 +92,7 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
     let mut remedy = format!(
         "Check that both show the same place and that their CRSs are stated rightly (tiles, such as {}: --crs; \
          footprints: --footprint-crs)",
-        name_of(tiles)
+        name_of(&tiles.iter().collect::<Vec<_>>())
     );
     if (0..2).all(|axis| layer.min[axis] >= -DEGREES[axis] && layer.max[axis] <= DEGREES[axis]) {
         remedy.push_str(". The footprints look like degrees: if they are, give --footprint-crs EPSG:4326");
@@ -106,7 +104,7 @@ pub(super) fn apart(tiles: &[Tile], footprints: &[Footprint], all: &Neighbourhoo
 
 /// The classes asked for do not occur in what was read.
 pub(super) fn without_buildings(
-    tiles: &[Tile],
+    tiles: &[&Tile],
     counts: &PointCounts,
     roles: &Roles,
     options: &SegmentOptions,
@@ -130,7 +128,7 @@ fn label(crs: &Crs) -> String {
 }
 
 /// The tile that stands for all in a message.
-fn name_of(tiles: &[Tile]) -> String {
+fn name_of(tiles: &[&Tile]) -> String {
     match tiles {
         [] => "tiles".to_owned(),
         [one] => one.path.display().to_string(),

@@ -1,29 +1,16 @@
 //! Heights of roofs that the user states.
 
-use std::collections::BTreeMap;
-
-use super::ground::{Found, number};
-use super::neighbourhood::Neighbourhood;
+use super::ground::number;
 use super::options::{HeightAbove, SegmentOptions};
+use crate::site::{Frame, Ground};
 use crate::source::footprints::Footprint;
 
-/// The heights of roofs that an attribute of the footprints gives, local metres, by the footprint; what is no number gives
-/// none. `grounds` are those of the footprints.
-pub(super) fn stated(
-    footprints: &[Footprint],
-    all: &Neighbourhood,
-    grounds: &[Found],
-    options: &SegmentOptions,
-) -> BTreeMap<usize, f64> {
-    let Some(name) = &options.roof_height_attribute else { return BTreeMap::new() };
-    let places = footprints.iter().zip(&all.frames).zip(grounds).enumerate();
-    let heights = places.filter_map(|(index, ((footprint, frame), (ground, _)))| {
-        let height = footprint.attribute(name).and_then(number)?;
-        let local = match options.roof_height_above {
-            HeightAbove::Datum => (height - frame.origin[2]) * frame.metres_per_unit[2],
-            HeightAbove::Ground => ground.height + height * frame.metres_per_unit[2],
-        };
-        Some((index, local))
-    });
-    heights.collect()
+/// The height of the roof that an attribute of a footprint gives, local metres; what is no number gives none. `ground` is
+/// that of the footprint.
+pub(super) fn stated(footprint: &Footprint, frame: &Frame, ground: &Ground, options: &SegmentOptions) -> Option<f64> {
+    let height = footprint.attribute(options.roof_height_attribute.as_ref()?).and_then(number)?;
+    Some(match options.roof_height_above {
+        HeightAbove::Datum => (height - frame.origin[2]) * frame.metres_per_unit[2],
+        HeightAbove::Ground => ground.height + height * frame.metres_per_unit[2],
+    })
 }

@@ -24,6 +24,8 @@ pub(super) enum Choice {
 #[derive(Debug)]
 pub(super) struct Thinned {
     choice: Choice,
+    /// Side of a cell, metres.
+    metres: f64,
     /// Side of a cell, CRS units.
     side: [f64; 2],
     blocks: HashMap<[i32; 2], Box<Block>, RandomState>,
@@ -49,10 +51,10 @@ impl Block {
 }
 
 impl Thinned {
-    /// No point yet; cells of `side` metres.
-    pub fn new(choice: Choice, side: f64, metres_per_unit: [f64; 3]) -> Self {
-        let side = [side / metres_per_unit[0], side / metres_per_unit[1]];
-        Self { choice, side, blocks: HashMap::default() }
+    /// No point yet; cells of so many metres.
+    pub fn new(choice: Choice, metres: f64, metres_per_unit: [f64; 3]) -> Self {
+        let side = [metres / metres_per_unit[0], metres / metres_per_unit[1]];
+        Self { choice, metres, side, blocks: HashMap::default() }
     }
 
     /// Takes a point, in snapped CRS units, if it stands for its cell better than the one that does.
@@ -77,6 +79,18 @@ impl Thinned {
                     slot.insert(block);
                 }
                 Entry::Occupied(_) => block.cells(key).for_each(|(_, point)| self.add(point)),
+            }
+        }
+    }
+
+    /// Forgets all points in some squares of `side` metres, which is a whole number of blocks; `squares` are their columns and rows.
+    pub fn forget(&mut self, squares: &[[i32; 2]], side: f64) {
+        let blocks = (side / (self.metres * f64::from(BLOCK))).round() as i32;
+        for square in squares {
+            for row in 0..blocks {
+                for column in 0..blocks {
+                    self.blocks.remove(&[square[0] * blocks + column, square[1] * blocks + row]);
+                }
             }
         }
     }

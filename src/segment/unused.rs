@@ -45,23 +45,51 @@ impl Unused {
     }
 }
 
-/// One line about the footprints of which most points are not used, with the options that would use them; `None` where
-/// there is nothing to tell. `used` are the building points in each footprint, `unused` the others that could be.
-pub(super) fn warning(
-    used: &[u64],
-    unused: &BTreeMap<(usize, Unused), u64>,
-    options: &SegmentOptions,
-) -> Option<String> {
-    let all_used: u64 = used.iter().sum();
-    let mut kinds: BTreeMap<Unused, (u64, Vec<usize>)> = BTreeMap::new();
-    for (&(footprint, kind), &n) in unused {
-        let (total, footprints) = kinds.entry(kind).or_default();
-        *total += n;
-        if n >= FEWEST && n > used.get(footprint).copied().unwrap_or(0) {
-            footprints.push(footprint);
+/// Counts `n` more points of a kind.
+pub(super) fn add(counts: &mut Vec<(Unused, u64)>, kind: Unused, n: u64) {
+    match counts.iter_mut().find(|(known, _)| *known == kind) {
+        Some((_, count)) => *count += n,
+        None => counts.push((kind, n)),
+    }
+}
+
+/// What is not used in all footprints that were seen.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    /// The building points in all footprints.
+    used: u64,
+    /// Per kind, how many points there are, and the footprints of which it holds more than are used.
+    kinds: BTreeMap<Unused, (u64, Vec<usize>)>,
+}
+
+impl Tally {
+    /// Sees a footprint with so many building points, and the others that could be of it.
+    pub(super) fn see(&mut self, footprint: usize, used: u64, unused: &[(Unused, u64)]) {
+        self.used += used;
+        for &(kind, n) in unused {
+            let (total, footprints) = self.kinds.entry(kind).or_default();
+            *total += n;
+            if n >= FEWEST && n > used {
+                footprints.push(footprint);
+            }
         }
     }
-    kinds.retain(|kind, (total, footprints)| !footprints.is_empty() && (kind.is_telling() || *total > all_used));
+
+    /// One line about the footprints, of `all`, of which most points are not used, with the options that would use them; `None`
+    /// where there is nothing to tell.
+    pub(super) fn warning(self, all: usize, options: &SegmentOptions) -> Option<String> {
+        let Self { used, mut kinds } = self;
+        kinds.retain(|kind, (total, footprints)| !footprints.is_empty() && (kind.is_telling() || *total > used));
+        told(all, used, &kinds, options)
+    }
+}
+
+fn told(
+    all: usize,
+    used: u64,
+    kinds: &BTreeMap<Unused, (u64, Vec<usize>)>,
+    options: &SegmentOptions,
+) -> Option<String> {
     if kinds.is_empty() {
         return None;
     }
@@ -85,10 +113,10 @@ pub(super) fn warning(
         (false, false) => {}
     }
     Some(format!(
-        "in {} of {} footprints most points that could be of a building are not used (in all footprints {}, against {all_used} \
+        "in {} of {} footprints most points that could be of a building are not used (in all footprints {}, against {used} \
          that are used): {} would use them",
         footprints.len(),
-        used.len(),
+        all,
         counts.join(", "),
         remedies.join(" and ")
     ))
@@ -139,7 +167,12 @@ mod tests {
     #[test]
     fn what_most_points_of_a_building_are_is_told_and_what_stands_about_is_not() {
         let said = |used: &[u64], unused: &[((usize, Unused), u64)]| {
-            warning(used, &unused.iter().copied().collect(), &SegmentOptions::default())
+            let mut tally = Tally::default();
+            for (footprint, &used) in used.iter().enumerate() {
+                let own = unused.iter().filter(|((of, _), _)| *of == footprint);
+                tally.see(footprint, used, &own.map(|((_, kind), n)| (*kind, *n)).collect::<Vec<_>>());
+            }
+            tally.warning(used.len(), &SegmentOptions::default())
         };
         assert_eq!(said(&[500, 33], &[((0, Unused::Class(12)), 100), ((1, Unused::Class(1)), 200)]), None);
         assert_eq!(said(&[0], &[((0, Unused::Synthetic), 9)]), None);

@@ -37,6 +37,7 @@ mod tile;
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::error::Result;
 use crate::source::crs::Crs;
@@ -53,7 +54,7 @@ pub use tile::{ATTRIBUTES, Made, Tally};
 pub struct Terrain {
     options: TerrainOptions,
     grid: Grid,
-    store: GroundStore,
+    store: Arc<GroundStore>,
     outlines: Grouped,
     /// Heights of the terrain model that the user gave.
     model: Option<GroundStore>,
@@ -63,7 +64,7 @@ pub struct Terrain {
 
 impl Terrain {
     /// The terrain of these ground points and buildings. `areas` are what was scanned.
-    pub fn new(options: TerrainOptions, store: GroundStore, outlines: Outlines, areas: Vec<Extent>) -> Self {
+    pub fn new(options: TerrainOptions, store: Arc<GroundStore>, outlines: Outlines, areas: Vec<Extent>) -> Self {
         let grid = *store.grid();
         let outlines = outlines.close(&grid);
         Self { options, grid, store, outlines, model: None, areas }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::outlines::{Inside, Outlines, Vertex};
 use super::tile::Made;
@@ -65,7 +66,7 @@ fn terrain_in(
         outlines.polygon(*inside, [ORIGIN[0], ORIGIN[1], 0], std::slice::from_ref(ring));
     }
     let area = Extent { min: [corner[0], corner[1], 0.0], max: [corner[0] + side, corner[1] + side, 0.0] };
-    Terrain::new(options.clone(), store, outlines, vec![area])
+    Terrain::new(options.clone(), Arc::new(store), outlines, vec![area])
 }
 
 /// All tiles of a terrain, each valid in all of its pieces.

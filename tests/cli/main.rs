@@ -26,6 +26,7 @@ mod folders;
 mod info;
 mod jagged;
 mod many_files;
+mod memory;
 mod neighbourhoods;
 mod pipeline;
 mod postgis;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use serde_json::json;
+
 use crate::bench::*;
 
 /// The checkpoint of a model.
@@ -112,13 +114,35 @@ fn what_is_left_is_not_lost_and_not_mixed() {
     let run = delft(&out, "");
     assert_ends(&run, 1, &["out.city.json.partial: found", "of a run that did not end", "--resume", "--overwrite"]);
     let run = delft(&out, "--resume --lambda 0.2");
-    assert_ends(&run, 1, &["lambda 0.1", "lambda 0.2", "same inputs and options"]);
-    let run = reconstruct(&[&data("delft_ahn3.laz")], &data("footprints_wgs84.geojson"), &out, "--resume");
-    assert_ends(&run, 1, &["made from other tiles, footprints or classes of points"]);
+    assert_ends(&run, 1, &["lambda 0.1", "lambda 0.2", "same options"]);
     assert_eq!(self::kept(&out), kept, "a refusal costs nothing");
     let run = delft(&out, "--overwrite");
     assert_ends(&run, 0, &["of a run that did not end are removed"]);
     assert_eq!(report_of(&out)["counts"]["resumed"], 0);
+}
+
+#[test]
+fn what_was_made_from_other_points_or_footprints_is_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, fresh] = ["out.city.json", "fresh.city.json"].map(|name| folder.path().join(name));
+    killed(&out, 20, "").expect("killed in time");
+    // Every other footprint is not as it was.
+    let mut layer = json_of(data("footprints.geojson"));
+    for feature in layer["features"].as_array_mut().unwrap().iter_mut().step_by(2) {
+        let ring = feature["geometry"]["coordinates"][0].as_array_mut().unwrap();
+        for corner in [0, ring.len() - 1] {
+            ring[corner][0] = json!(ring[corner][0].as_f64().unwrap() + 0.25);
+        }
+    }
+    let changed = folder.path().join("changed.geojson");
+    std::fs::write(&changed, layer.to_string()).unwrap();
+    let tile = data("delft_ahn3.laz");
+    let run = reconstruct(&[&tile], &changed, &out, "--resume --title x");
+    assert_ends(&run, 0, &["made from other points, footprints or classes: they are made anew"]);
+    let resumed = report_of(&out)["counts"]["resumed"].as_u64().unwrap();
+    assert!((1..71).contains(&resumed), "{resumed}");
+    assert_ends(&reconstruct(&[&tile], &changed, &fresh, "--title x"), 0, &[]);
+    assert!(std::fs::read(&out).unwrap() == std::fs::read(&fresh).unwrap());
 }
 
 #[test]

@@ -148,6 +148,11 @@ fn options() -> Vec<OptionSpec> {
             Kind::whole(1, run::MOST_THREADS),
             "Number of threads; one per processor when it is not given",
         ),
+        text(
+            "memory",
+            "How many points that wait for the rest of their building may be held in memory, such as 64MB; the others wait in a \
+             temporary file, and the model is the same; 2GiB when it is not given",
+        ),
     ];
     let lod = "Levels of detail, such as 0,1.2,1.3,2.2: of a reconstruction 0,1.2,2.2 when it is not given, and 2.3 with `roofprint`; behind \
                readers.lod2 only these, whatever their names";

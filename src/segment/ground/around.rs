@@ -3,7 +3,7 @@
 use geo::{Centroid, MultiPolygon};
 
 use super::super::Meaning;
-use super::super::neighbourhood::{Neighbourhood, to_local};
+use super::super::neighbourhood::{Neighbourhood, Place, to_local};
 use super::super::options::{GroundLevel, SegmentOptions};
 use super::super::thinned::Thinned;
 use super::feet::{self, Feet};
@@ -27,7 +27,7 @@ const BESIDE: f64 = 0.75;
 
 /// A height of the floor with what is unsure about it, and the ground along the outline.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Level {
+pub(in crate::segment) struct Level {
     /// Height of the floor, local metres.
     pub height: f64,
     /// How much the heights that it comes from vary, metres.
@@ -40,7 +40,7 @@ pub(super) struct Level {
 
 /// What the points in and around one footprint tell of its ground.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Around {
+pub(in crate::segment) struct Around {
     /// From ground points.
     pub ground: Option<Level>,
     /// From the lowest points around the building and on its walls, for want of ground points.
@@ -52,7 +52,7 @@ pub(super) struct Around {
 }
 
 /// What is told around footprint `index`, whose building points these are (local metres, without repeated ones).
-pub(super) fn look(
+pub(in crate::segment) fn look(
     index: usize,
     all: &Neighbourhood,
     ground: &Thinned,
@@ -61,17 +61,18 @@ pub(super) fn look(
     meaning: Meaning,
     options: &SegmentOptions,
 ) -> Around {
-    if let Some(ground) = from_ground(index, all, ground, options) {
+    let place = all.place(index);
+    if let Some(ground) = from_ground(index, &place, all, ground, options) {
         return Around { ground: Some(ground), ..Around::default() };
     }
     let mut heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
     heights.sort_unstable_by(f64::total_cmp);
     let middle = percentile(&heights, 50.0);
-    let others = points_around(index, all, &lows.others, options.ring_width);
+    let others = points_around(index, &place, all, &lows.others, options.ring_width);
     let has_walls = meaning == Meaning::Outlines;
-    let beside = if has_walls { points_around(index, all, &lows.building, BESIDE) } else { Vec::new() };
-    let feet = feet::of(all.prepared(index), points, &beside).filter(|_| has_walls);
-    let open = from_lowest(&all.polygons[index], &others, options)
+    let beside = if has_walls { points_around(index, &place, all, &lows.building, BESIDE) } else { Vec::new() };
+    let feet = feet::of(&place.prepared, points, &beside).filter(|_| has_walls);
+    let open = from_lowest(&place.polygon, &others, options)
         .filter(|level| heights.is_empty() || level.height < middle - BELOW_MIDDLE);
     let walls = feet.filter(|feet| feet.is_wall);
     let on_walls =
@@ -85,13 +86,19 @@ pub(super) fn look(
 }
 
 /// From ground points in a ring outside the footprint and outside all others, widened until there is enough of it.
-fn from_ground(index: usize, all: &Neighbourhood, ground: &Thinned, options: &SegmentOptions) -> Option<Level> {
+fn from_ground(
+    index: usize,
+    place: &Place,
+    all: &Neighbourhood,
+    ground: &Thinned,
+    options: &SegmentOptions,
+) -> Option<Level> {
     let mut width = options.ring_width;
     loop {
-        let points = points_around(index, all, ground, width);
+        let points = points_around(index, place, all, ground, width);
         let is_last = width >= options.ring_limit;
         if points.len() >= options.ring_area as usize || (is_last && points.len() >= FEWEST_CELLS) {
-            return along_outline(&all.polygons[index], points, width, options);
+            return along_outline(&place.polygon, points, width, options);
         }
         if is_last {
             return None;
@@ -166,13 +173,13 @@ fn spread(heights: &[f64]) -> f64 {
 
 /// The points of `thinned` (local metres) within `width` metres of the footprint and outside it, those
 /// inside other footprints excluded.
-fn points_around(index: usize, all: &Neighbourhood, thinned: &Thinned, width: f64) -> Vec<[f64; 3]> {
-    let Some((low, high)) = all.surroundings(index, width) else { return Vec::new() };
+fn points_around(index: usize, place: &Place, all: &Neighbourhood, thinned: &Thinned, width: f64) -> Vec<[f64; 3]> {
+    let Some((low, high)) = place.surroundings(width) else { return Vec::new() };
     let points = thinned.within(low, high);
     if points.is_empty() {
         return Vec::new();
     }
-    let (frame, prepared) = (&all.frames[index], all.prepared(index));
+    let (frame, prepared) = (&place.frame, &place.prepared);
     let kept = points.into_iter().filter_map(|position| {
         let [x, y, z] = to_local(frame, position);
         let is_wanted = !prepared.contains([x, y])

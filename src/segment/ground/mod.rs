@@ -18,14 +18,13 @@ mod outline;
 mod stated;
 mod surface;
 
-use around::Around;
+pub(super) use around::{Around, look};
 use geo::Centroid;
-use neighbours::{Known, Neighbours};
-use rayon::prelude::*;
-pub(super) use stated::{Stated, number, read as read_stated};
+pub(super) use neighbours::Known;
+use neighbours::Neighbours;
+pub(super) use stated::{Stated, number, read_attributes, read_terrain};
 
-use super::Meaning;
-use super::neighbourhood::{Neighbourhood, to_local};
+use super::neighbourhood::{Place, to_local};
 use super::options::SegmentOptions;
 use super::thinned::{Choice, Thinned};
 use crate::site::{Frame, Ground, GroundSource, Site};
@@ -35,7 +34,7 @@ pub(super) const GROUND_CELL: f64 = 1.0;
 /// Side of the cells of the ground inside footprints, metres; of open ground every part counts, so they are small.
 pub(super) const OPEN_CELL: f64 = 0.5;
 /// Side of the cells of the lowest points, metres; wide, so that a cell under a tree sees the ground somewhere.
-const LOWEST_CELL: f64 = 2.0;
+pub(super) const LOWEST_CELL: f64 = 2.0;
 /// Side of the cells of the lowest building points, metres; narrow, since on a wall every point tells.
 const FEET_CELL: f64 = 1.0;
 /// Where the floors of more than this share of the buildings are guessed, it is told for the run as a whole.
@@ -71,72 +70,61 @@ impl Lows {
         self.others.merge(other.others);
         self.building.merge(other.building);
     }
+
+    /// As [`Thinned::forget`].
+    pub fn forget(&mut self, squares: &[[i32; 2]], side: f64) {
+        self.others.forget(squares, side);
+        self.building.forget(squares, side);
+    }
 }
 
 /// The ground of a footprint, and the ground along its outline (local metres) where it was seen.
 pub(super) type Found = (Ground, Vec<[f64; 3]>);
 
-/// The ground of every footprint. `points` gives the building points of each, local metres; `stated` what
-/// the user says; `meaning` what the footprints are.
-pub(super) fn estimate<P: AsRef<[[f64; 3]]> + Sync>(
-    all: &Neighbourhood,
-    ground: &Thinned,
-    lows: &Lows,
-    points: &[P],
-    stated: &Stated,
-    meaning: Meaning,
-    options: &SegmentOptions,
-) -> Vec<Found> {
-    let looks: Vec<Around> = points
-        .par_iter()
-        .enumerate()
-        .map(|(index, points)| around::look(index, all, ground, lows, points.as_ref(), meaning, options))
-        .collect();
-    let middles: Vec<Option<[f64; 2]>> = (0..looks.len()).map(|index| middle(all, index)).collect();
-    let mut known: Vec<Known> = Vec::new();
-    let mut found: Vec<Option<Found>> = Vec::new();
-    for ((index, look), middle) in looks.iter().enumerate().zip(&middles) {
-        let sure = stated.of(index, look.ground.as_ref(), options);
-        known.extend(middle.zip(sure.as_ref().map(|(ground, _)| ground.height)));
-        found.push(sure);
-    }
-    let sure = Neighbours::new(known.clone());
-    // Neighbours whose own floors come from their lowest points help only those that have none better.
-    let guessed = looks.iter().zip(&middles).zip(&found).filter(|(_, found)| found.is_none());
-    known.extend(guessed.filter_map(|((look, middle), _)| {
-        let level = look.lowest.as_ref().filter(|level| level.unsure <= UNSURE)?;
-        Some(((*middle)?, level.height))
-    }));
-    let any = Neighbours::new(known);
-    let each = found.into_par_iter().zip(looks).zip(middles);
-    each.map(|((found, look), middle)| found.unwrap_or_else(|| (guessed_floor(look, middle, &sure, &any), Vec::new())))
-        .collect()
+/// The floors beside buildings of which nothing sure is known.
+pub(super) struct Beside {
+    /// Floors that are sure.
+    sure: Neighbours,
+    /// And those of neighbours that come from their lowest points: they help only those that have none better.
+    any: Neighbours,
 }
 
-/// The floor of a building that nothing sure is known of.
-fn guessed_floor(look: Around, middle: Option<[f64; 2]>, sure: &Neighbours, any: &Neighbours) -> Ground {
-    let Around { lowest, ceiling, bottom, .. } = look;
-    let beside = |neighbours: &Neighbours| {
-        let (height, spread) = neighbours.at(middle?)?;
-        let is_better = lowest
-            .as_ref()
-            .is_none_or(|own| spread < own.unsure || own.height > height + (HIDDEN_SPREADS * spread).max(LEAST_HIDDEN));
-        (is_better && ceiling.is_none_or(|ceiling| height <= ceiling)).then_some((height, spread))
-    };
-    let sources = [
-        (beside(sure), GroundSource::Neighbours),
-        (beside(any), GroundSource::Neighbours),
-        (lowest.as_ref().map(|own| (own.height, own.spread)), GroundSource::LowestPoints),
-        (bottom.map(|height| (height, 0.0)), GroundSource::BoundingBox),
-    ];
-    let first = sources.into_iter().find_map(|(level, source)| Some((level?, source)));
-    let ((height, spread), source) = first.unwrap_or(((0.0, 0.0), GroundSource::BoundingBox));
-    Ground { height, spread, source }
+impl Beside {
+    /// From the floors that are sure and what is known around the other buildings, both in the order of the footprints.
+    pub(super) fn new<'a>(mut known: Vec<Known>, unsure: impl Iterator<Item = (&'a Around, Option<[f64; 2]>)>) -> Self {
+        let sure = Neighbours::new(known.clone());
+        known.extend(unsure.filter_map(|(look, middle)| {
+            let level = look.lowest.as_ref().filter(|level| level.unsure <= UNSURE)?;
+            Some((middle?, level.height))
+        }));
+        Self { sure, any: Neighbours::new(known) }
+    }
+
+    /// The floor of a building that nothing sure is known of.
+    pub(super) fn floor(&self, look: Around, middle: Option<[f64; 2]>) -> Ground {
+        let Around { lowest, ceiling, bottom, .. } = look;
+        let beside = |neighbours: &Neighbours| {
+            let (height, spread) = neighbours.at(middle?)?;
+            let is_better = lowest.as_ref().is_none_or(|own| {
+                spread < own.unsure || own.height > height + (HIDDEN_SPREADS * spread).max(LEAST_HIDDEN)
+            });
+            (is_better && ceiling.is_none_or(|ceiling| height <= ceiling)).then_some((height, spread))
+        };
+        let sources = [
+            (beside(&self.sure), GroundSource::Neighbours),
+            (beside(&self.any), GroundSource::Neighbours),
+            (lowest.as_ref().map(|own| (own.height, own.spread)), GroundSource::LowestPoints),
+            (bottom.map(|height| (height, 0.0)), GroundSource::BoundingBox),
+        ];
+        let first = sources.into_iter().find_map(|(level, source)| Some((level?, source)));
+        let ((height, spread), source) = first.unwrap_or(((0.0, 0.0), GroundSource::BoundingBox));
+        Ground { height, spread, source }
+    }
 }
 
 /// The middle of a footprint, metres of the CRS; `None` of an empty one.
-fn middle(all: &Neighbourhood, index: usize) -> Option<[f64; 2]> {
-    let (frame, centre) = (&all.frames[index], all.polygons[index].centroid()?);
+pub(super) fn middle(place: &Place) -> Option<[f64; 2]> {
+    let (frame, centre) = (&place.frame, place.polygon.centroid()?);
     let local = [centre.x(), centre.y()];
     Some([0, 1].map(|axis| frame.origin[axis] * frame.metres_per_unit[axis] + local[axis]))
 }
@@ -156,10 +144,8 @@ pub(super) fn guess(site: &Site) -> Option<String> {
     Some(format!("no ground points around it: the height of its floor was guessed from {from}"))
 }
 
-/// What is said of many such buildings; `None` where they are few.
-pub(super) fn guesses(sites: &[Site], options: &SegmentOptions) -> Option<String> {
-    let with_points = sites.iter().filter(|site| !site.points.is_empty()).count();
-    let guessed = sites.iter().filter(|site| guess(site).is_some()).count();
+/// What is said of many such buildings, of which so many were `guessed` of those `with_points`; `None` where they are few.
+pub(super) fn guesses(with_points: usize, guessed: usize, options: &SegmentOptions) -> Option<String> {
     if guessed as f64 <= MANY_GUESSES * with_points as f64 {
         return None;
     }

@@ -18,7 +18,7 @@ const MOST_UNEVEN: f64 = 1.0;
 
 /// A floor that is known: where the middle of its building lies (metres), and its height (metres of the local frame, which
 /// has no height of its own).
-pub(super) type Known = ([f64; 2], f64);
+pub(in crate::segment) type Known = ([f64; 2], f64);
 
 /// Floors that are known.
 pub(super) struct Neighbours(RTree<GeomWithData<[f64; 2], f64>>);

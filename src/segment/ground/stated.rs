@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::around::{Level, height_of};
 use super::{Found, outline};
 use crate::error::{InputError, Result};
-use crate::segment::neighbourhood::Neighbourhood;
+use crate::segment::neighbourhood::{Neighbourhood, frame_of};
 use crate::segment::options::{GroundLevel, SegmentOptions};
 use crate::site::{Ground, GroundSource};
 use crate::source::crs::Crs;
@@ -38,7 +38,7 @@ pub(in crate::segment) struct Stated {
 
 impl Stated {
     /// The ground of footprint `index`: what is stated, else what the ground points tell.
-    pub(super) fn of(&self, index: usize, seen: Option<&Level>, options: &SegmentOptions) -> Option<Found> {
+    pub(in crate::segment) fn of(&self, index: usize, seen: Option<&Level>, options: &SegmentOptions) -> Option<Found> {
         let (spread, line) = seen.map_or((0.0, &[][..]), |level| (level.spread, level.line.as_slice()));
         let terrain = self.terrain.get(&index);
         let line = terrain.map_or(line, Vec::as_slice);
@@ -54,28 +54,37 @@ impl Stated {
     }
 }
 
-/// What `options` say of the floors of `footprints`; the terrain model is asked for those that are `wanted`.
+/// What an attribute of `footprints` that `options` name says of their floors.
 ///
 /// # Errors
-/// No footprint has the attribute, or the terrain model cannot be read or has no height for any footprint.
-pub(in crate::segment) fn read(
+/// No footprint has the attribute.
+pub(in crate::segment) fn read_attributes(
     footprints: &[Footprint],
-    all: &Neighbourhood,
     crs: &Crs,
-    wanted: impl Fn(usize) -> bool,
     options: &SegmentOptions,
 ) -> Result<Stated> {
     let mut stated = Stated::default();
     if let Some(name) = &options.ground_attribute {
-        by_attribute(name, footprints, all, &mut stated)?;
-    }
-    if let Some(path) = &options.dtm {
-        by_terrain(path, all, crs, wanted, &mut stated)?;
+        by_attribute(name, footprints, crs, &mut stated)?;
     }
     Ok(stated)
 }
 
-fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, stated: &mut Stated) -> Result<()> {
+/// What the terrain model that `options` name says of the floors of those footprints that are `wanted` and of which nothing is stated yet.
+///
+/// # Errors
+/// The terrain model cannot be read or has no height for any footprint.
+pub(in crate::segment) fn read_terrain(
+    all: &Neighbourhood,
+    crs: &Crs,
+    wanted: impl Fn(usize) -> bool,
+    options: &SegmentOptions,
+    stated: &mut Stated,
+) -> Result<()> {
+    options.dtm.as_ref().map_or(Ok(()), |path| by_terrain(path, all, crs, wanted, stated))
+}
+
+fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut Stated) -> Result<()> {
     if !footprints.iter().any(|footprint| footprint.attributes.contains_key(name)) {
         let mut names: Vec<&str> =
             footprints.iter().flat_map(|footprint| footprint.attributes.keys()).map(String::as_str).collect();
@@ -93,7 +102,7 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
     for (index, footprint) in footprints.iter().enumerate() {
         let value = footprint.attributes.get(name);
         if let Some(height) = value.and_then(number) {
-            let frame = &all.frames[index];
+            let frame = frame_of(&footprint.polygon, crs.metres_per_unit);
             stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
         } else {
             let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no height"));
@@ -126,12 +135,12 @@ fn by_terrain(
     wanted: impl Fn(usize) -> bool,
     stated: &mut Stated,
 ) -> Result<()> {
-    let mut order: Vec<(usize, [f64; 2], [i64; 2])> = (0..all.frames.len())
-        .filter(|index| wanted(*index) && !stated.attributes.contains_key(index))
-        .filter_map(|index| {
-            let (low, _) = all.surroundings(index, 0.0)?;
+    let mut order: Vec<(usize, [f64; 2], [i64; 2])> = all
+        .boxes()
+        .filter(|(index, _)| wanted(*index) && !stated.attributes.contains_key(index))
+        .map(|(index, (low, _))| {
             let square = [1, 0].map(|axis| (low[axis] * crs.metres_per_unit[axis] / SQUARE).floor() as i64);
-            Some((index, low, square))
+            (index, low, square)
         })
         .collect();
     order.sort_by_key(|(index, _, square)| (*square, *index));
@@ -145,8 +154,8 @@ fn by_terrain(
     stated.warnings.extend_from_slice(terrain.warnings());
     let mut without = 0;
     for (index, ..) in &order {
-        let frame = &all.frames[*index];
-        let polygon = &all.polygons[*index];
+        let place = all.place(*index);
+        let (frame, polygon) = (&place.frame, &place.polygon);
         let centre = polygon.bounding_rect().map(|rect| [rect.center().x, rect.center().y]);
         let mut places = outline::places(polygon);
         places.extend(centre);
@@ -169,6 +178,7 @@ fn by_terrain(
             stated.terrain.insert(*index, line);
         }
     }
+    all.release(|_| true);
     let total = order.len();
     if without == total {
         let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());

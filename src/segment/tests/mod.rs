@@ -6,6 +6,7 @@ mod ground;
 mod naming;
 mod prepared;
 mod real;
+mod sweep;
 
 use super::neighbourhood::{frame_of, polygon_to_local, snap};
 use super::{BuildingClasses, GroundLevel, SegmentOptions, Segmentation, segment};

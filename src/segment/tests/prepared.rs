@@ -52,7 +52,7 @@ proptest! {
         let place = [snap(x0 + at * dx), snap(y0 + at * dy), 0.0];
         let inside = [1.0, -1.0].map(|side| {
             let polygon = triangle(side);
-            let frame = frame_of(&polygon, &crs(1.0));
+            let frame = frame_of(&polygon, [1.0; 3]);
             let [x, y, _] = super::super::neighbourhood::to_local(&frame, place);
             let prepared = PreparedPolygon::new(&polygon_to_local(&frame, &polygon));
             (prepared.contains([x, y]), prepared.boundary_distance([x, y], 1.0))

@@ -80,6 +80,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         crs: given("crs"),
         placement: placement(values),
         threads: values.whole("jobs").and_then(|jobs| NonZeroUsize::new(usize::try_from(jobs).ok()?)),
+        memory: memory(values)?,
         segmentation,
         parameters,
         field: structure::<FieldOptions>(values)?,
@@ -90,6 +91,13 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
     };
     job.refuse_contradictions().map_err(|fault| InputError { place: values.place().stage.clone(), ..fault })?;
     Ok(job)
+}
+
+/// How much memory points that wait may take up.
+fn memory(values: &Values) -> Result<Option<usize>, InputError> {
+    let text = values.text("memory");
+    text.map(|text| run::memory(text).map_err(|expected| values.place().fault(format!("`memory` {text:?}"), expected)))
+        .transpose()
 }
 
 /// What the terrain shall be like, if there is to be one.
