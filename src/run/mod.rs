@@ -22,6 +22,7 @@ mod feed;
 mod file_names;
 mod files;
 mod identity;
+mod indexed;
 mod job;
 mod journal;
 mod layer;
