@@ -2,6 +2,7 @@
 # make test         run all tests
 # make faults       damaged and hostile inputs, full disks, kills, too much of everything: no breach (half a minute; MINUTES=60)
 # make postgis      read footprints from a PostGIS server of its own (installs it; says so where it cannot)
+# make remote       read and write objects of an S3 server of its own (installs it; says so where it cannot)
 # make pdal         the plugin for PDAL, and the same pipelines in both (says so where there is no PDAL; PDAL_DIR names one)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make python       the Python package: a wheel in out/wheels, tested in an environment of its own
@@ -15,7 +16,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test faults postgis pdal platforms python loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test faults postgis remote pdal platforms python loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -41,6 +42,10 @@ faults: setup
 # Says that it was skipped, and why, where there is no PostgreSQL with PostGIS to be had.
 postgis: setup
 	bash scripts/test-postgis.sh
+
+# Says that it was skipped, and why, where no server that speaks the protocol of S3 can be installed.
+remote: setup
+	bash scripts/test-remote.sh
 
 # Says that it was skipped, and why, where there is no PDAL.
 pdal: setup

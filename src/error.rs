@@ -31,9 +31,9 @@ pub enum Error {
 }
 
 impl Error {
-    /// An [`Error::Io`] for `path` while doing `action`.
+    /// An [`Error::Io`] for `path` while doing `action`; where `source` is an error of this crate, which says more, that.
     pub fn io(path: impl Into<PathBuf>, action: &'static str, source: std::io::Error) -> Self {
-        Self::Io { path: path.into(), action, source }
+        source.downcast().unwrap_or_else(|source| Self::Io { path: path.into(), action, source })
     }
 }
 

@@ -21,7 +21,8 @@ const POINTS_OF_BUILDINGS: &str = SegmentOptions::HEADING;
 /// What buildings are made of, and how.
 #[derive(Debug, clap::Args)]
 pub struct MakingArgs {
-    /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns
+    /// LAS, LAZ, COPC, PLY or text (xyz, pts, txt, asc, csv) files, folders of them, or glob patterns, also in object storage or on
+    /// the web (s3://, az://, gs://, https://); or an index of tiles (STAC, `pdal tindex`)
     #[arg(required_unless_present = "cloud", value_name = "TILES")]
     tiles: Vec<String>,
 

@@ -11,8 +11,8 @@ use crate::source::footprints::FootprintOptions;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Footprints")]
 pub struct OutlineArgs {
-    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, or a PostGIS database
-    /// ("PG:host=… dbname=…")
+    /// Building footprints: GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet, SpatiaLite, also in object
+    /// storage or on the web, or a PostGIS database ("PG:host=… dbname=…")
     #[arg(short, long, value_name = "FILE", conflicts_with = "no_footprint")]
     footprints: Option<PathBuf>,
 

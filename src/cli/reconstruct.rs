@@ -27,6 +27,10 @@ Examples:
     gable reconstruct tiles/ -f \"PG:host=db dbname=city user=me\" --layer bag.pand -o a.city.json
     gable reconstruct tiles/ -f postgresql://me@db/city -o a.city.json \\
       --query \"SELECT id, geom FROM bag.pand WHERE status = 'in use'\"
+  Tiles in object storage or on the web, the model too; credentials as usual (AWS_ACCESS_KEY_ID, …):
+    gable reconstruct s3://city/tiles/ -f s3://city/buildings.parquet -o s3://city/a.city.jsonl
+  Those tiles of an index (STAC, pdal tindex) that touch the footprints:
+    gable reconstruct https://host/items.json -f buildings.gpkg -o city.city.json
   A single object without a footprint, and one from photographs in feet, with y upwards:
     gable reconstruct church.laz --no-footprint -o church.city.json
     gable reconstruct church.ply --no-footprint --unit ft --up-axis y -o church.city.json
@@ -49,7 +53,8 @@ The output:
   gable.report.json in the folder that all are in. `-`, and a pipe, get CityJSONSeq building by
   building, without a report unless --report names one. The report goes to OUT.report.json. Ctrl-C
   writes what is done; nothing appears under its name before it is whole. A run that was
-  killed leaves what it has done in OUT.partial: the same command with --resume goes on.
+  killed leaves what it has done in OUT.partial: the same command with --resume goes on. An
+  object (s3://, az://, gs://) appears when it is whole; its OUT.partial is a folder here.
 
 Exit codes:
   0  every footprint that holds points has a model

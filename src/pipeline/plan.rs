@@ -13,6 +13,7 @@ use super::stage::{Role, StageKind};
 use super::{catalogue, expression};
 use crate::error::{InputError, Result};
 use crate::source::footprints::redacted;
+use crate::source::{objects, points};
 
 /// An option set on the command line: `--readers.las.count=5` or `--stage.TAG.count=5`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -174,6 +175,10 @@ impl Builder<'_> {
         }
         let inputs = self.inputs(spec, kind, &place)?;
         let many = match (kind.role, options.get("filename").and_then(Value::as_str)) {
+            (Role::Reader, Some(address)) if objects::is_object(Path::new(address)) => {
+                let files = points::expand(&[address.to_owned()])?;
+                files.into_iter().map(|file| with_filename(&options, &file)).collect()
+            }
             (Role::Reader, Some(pattern)) if pattern.contains(['*', '?', '[']) && !Path::new(pattern).exists() => {
                 let files = matches(pattern, &place)?;
                 files.into_iter().map(|file| with_filename(&options, &file)).collect()

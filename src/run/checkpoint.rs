@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use super::identity::Identity;
 use super::records::{Lines, Records, line, scan};
 use crate::error::{Error, InputError, Result};
+use crate::source::objects;
 
 /// The checkpoint's name in its folder.
 const FILE: &str = "buildings.jsonl";
@@ -28,8 +29,13 @@ pub(super) struct Checkpoint {
 }
 
 /// The folder of the checkpoint of `model`: beside the file itself where `model` is a link, so that the finished file
-/// can be renamed.
+/// can be renamed; of an object in the folder that the run was started in.
 pub(super) fn folder_of(model: &Path) -> PathBuf {
+    if objects::is_object(model) {
+        let mut name: OsString = model.file_name().unwrap_or_else(|| "model".as_ref()).to_owned();
+        name.push(".partial");
+        return PathBuf::from(name);
+    }
     let target = fs::canonicalize(model).unwrap_or_else(|_| model.to_path_buf());
     let mut name: OsString = target.into_os_string();
     name.push(".partial");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::template::Files;
 use crate::error::{Error, Result};
 use crate::sink::{self, Feature, Format, Metadata, Sink, Written};
+use crate::source::objects;
 
 /// Writes each feature to its file. One file is open at a time; each appears under its name when it is whole.
 pub(super) struct ManyFiles<'a> {
@@ -37,7 +38,9 @@ impl<'a> ManyFiles<'a> {
     /// Opens a file, and the folder that it is in.
     fn create(&self, file: usize) -> Result<Box<dyn Sink>> {
         let path = self.files.paths.get(file).map_or(self.whole.path.as_path(), PathBuf::as_path);
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        // Objects have no folders.
+        if let Some(folder) = folder.filter(|_| !objects::is_object(path)) {
             std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
         }
         let head = self.heads.get(file).cloned().unwrap_or_default();

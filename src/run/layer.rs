@@ -68,7 +68,7 @@ pub(super) fn read(
 
 /// How far from a footprint others change what is known of it, CRS units along x and y: their floors, and where the ground
 /// around them lies.
-fn margin(options: &SegmentOptions, crs: &Crs) -> [f64; 2] {
+pub(super) fn margin(options: &SegmentOptions, crs: &Crs) -> [f64; 2] {
     let metres = NEIGHBOURS + 2.0 * options.ring_limit.max(options.ring_width);
     [metres / crs.metres_per_unit[0], metres / crs.metres_per_unit[1]]
 }

@@ -23,6 +23,7 @@ mod file_names;
 mod files;
 mod flow;
 mod identity;
+mod indexed;
 mod job;
 mod journal;
 mod layer;

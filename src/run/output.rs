@@ -4,7 +4,8 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, InputError, Result};
-use crate::sink::Format;
+use crate::sink::{Format, refuse_web};
+use crate::source::objects;
 
 /// The extension of a model whose name is made up because the output is a folder.
 const DEFAULT_EXTENSION: &str = ".city.json";
@@ -44,14 +45,11 @@ pub fn report_path(model: &Path) -> PathBuf {
 ///
 /// # Errors
 /// The file exists and `overwrite` is off, or is a folder.
-pub fn spare_results(path: &Path, overwrite: bool) -> Result<(), InputError> {
+pub fn spare_results(path: &Path, overwrite: bool) -> Result<()> {
     if path.is_dir() && !is_folder_of_a_format(path) {
-        return Err(InputError::new(path, "a folder", "the name of a file"));
+        return Err(InputError::new(path, "a folder", "the name of a file").into());
     }
-    if !overwrite {
-        refuse_existing(path)?;
-    }
-    Ok(())
+    if overwrite { Ok(()) } else { refuse_existing(path) }
 }
 
 /// Fails before hours of work rather than after them if a file is there already, and makes the folder it goes to.
@@ -59,6 +57,12 @@ pub fn spare_results(path: &Path, overwrite: bool) -> Result<(), InputError> {
 /// # Errors
 /// As [`spare_results`]; or its folder cannot be made or written to.
 pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
+    if objects::is_object(path) {
+        refuse_web(path)?;
+        // Whoever may not even ask is told so now.
+        let is_there = objects::exists(path)?;
+        return if is_there && !overwrite { refuse_existing(path) } else { Ok(()) };
+    }
     spare_results(path, overwrite)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
@@ -72,14 +76,23 @@ pub fn prepare(path: &Path, overwrite: bool) -> Result<()> {
 /// Refuses a place where something is.
 ///
 /// # Errors
-/// The file or folder exists.
-pub fn refuse_existing(path: &Path) -> Result<(), InputError> {
-    if !path.exists() {
+/// The file, folder or object exists, or nobody can say.
+pub fn refuse_existing(path: &Path) -> Result<()> {
+    if !is_there(path)? {
         return Ok(());
     }
-    let found = if path.is_dir() { "a folder of that name" } else { "a file of that name" };
+    let found = match path.is_dir() {
+        _ if objects::is_object(path) => "an object of that name",
+        true => "a folder of that name",
+        false => "a file of that name",
+    };
     let fault = InputError::new(path, found, "nothing, so that no result is lost");
-    Err(fault.remedy("Give --overwrite to replace it, or another output"))
+    Err(fault.remedy("Give --overwrite to replace it, or another output").into())
+}
+
+/// Whether there is a file, folder or object.
+fn is_there(path: &Path) -> Result<bool> {
+    if objects::is_object(path) { objects::exists(path) } else { Ok(path.exists()) }
 }
 
 /// The same for many files at once, whose folders are made as they are written.
@@ -87,7 +100,16 @@ pub fn refuse_existing(path: &Path) -> Result<(), InputError> {
 /// # Errors
 /// As [`prepare`]; of files that exist, the first and how many there are.
 pub fn prepare_all(paths: &[&Path], overwrite: bool) -> Result<()> {
-    let there: Vec<&&Path> = paths.iter().filter(|path| path.exists()).collect();
+    let mut there = Vec::new();
+    for path in paths {
+        if objects::is_object(path) {
+            refuse_web(path)?;
+        }
+        // Objects that may be replaced need not be asked for, one by one.
+        if !(overwrite && objects::is_object(path)) && is_there(path)? {
+            there.push(path);
+        }
+    }
     if let Some(folder) = there.iter().find(|path| path.is_dir() && !is_folder_of_a_format(path)) {
         return Err(InputError::new(folder, "a folder", "the name of a file").into());
     }
@@ -111,7 +133,9 @@ fn is_folder_of_a_format(path: &Path) -> bool {
 /// # Errors
 /// Which one.
 pub fn spare_inputs<'a>(outputs: &[&Path], inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
-    let same = |path: &Path| std::fs::canonicalize(path).ok();
+    let same = |path: &Path| {
+        if objects::is_object(path) { Some(objects::label(path)) } else { std::fs::canonicalize(path).ok() }
+    };
     let outputs: Vec<_> = outputs.iter().map(|path| (*path, same(path))).collect();
     for input in inputs {
         let own = same(input);

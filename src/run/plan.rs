@@ -10,7 +10,7 @@ use super::limit::Area;
 use super::observer::{Event, Observer, Stage};
 use super::single::{self, Look, StandIns};
 use super::template::{Files, Template};
-use super::{checkpoint, classes, clouds, layer, output, roofprints, terrain, tiles};
+use super::{checkpoint, classes, clouds, indexed, layer, output, roofprints, terrain, tiles};
 use crate::error::{InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
@@ -126,6 +126,8 @@ impl Plan {
 /// # Errors
 /// As [`super::run`], as far as it can be told before the points are read.
 pub(super) fn plan(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
+    let listed = indexed::listed(job, journal)?;
+    let job = listed.as_ref();
     let fed = job.fed.as_ref();
     let clouds = clouds::of_job(job)?;
     let names: Vec<PathBuf> = clouds.iter().flat_map(|cloud| &cloud.paths).cloned().collect();

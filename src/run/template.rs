@@ -9,6 +9,7 @@ use super::file_names;
 use crate::error::{InputError, Result};
 use crate::sink::Format;
 use crate::source::footprints::{Footprint, Rejected};
+use crate::source::objects;
 use crate::source::points::Tile;
 
 /// Where the tile of a building stands in a name.
@@ -49,8 +50,14 @@ impl Template {
             return Ok(None);
         }
         Format::of(output)?;
-        let fixed = output.components().take_while(|part| !part.as_os_str().to_string_lossy().contains('{'));
-        Ok(Some(Self { text: text.to_owned(), folder: fixed.collect() }))
+        let folder = if objects::is_object(output) {
+            // The parts of a path are not those of an address: two separators follow its scheme.
+            let fixed = &text[..text.find('{').unwrap_or(text.len())];
+            PathBuf::from(&fixed[..fixed.rfind('/').map_or(0, |at| at + 1)])
+        } else {
+            output.components().take_while(|part| !part.as_os_str().to_string_lossy().contains('{')).collect()
+        };
+        Ok(Some(Self { text: text.to_owned(), folder }))
     }
 
     /// What the report and the checkpoint of the run are named after: `gable` in the last folder that all files share.
@@ -148,6 +155,8 @@ mod tests {
         assert_eq!(base("out/{tile}.city.json"), Path::new("out/gable"));
         assert_eq!(base("{id}.obj"), Path::new("gable"));
         assert_eq!(base("/a/b/{tile}/x-{id}.gpkg"), Path::new("/a/b/gable"));
+        assert_eq!(base("s3://a/b/{tile}.gpkg").to_str(), Some("s3://a/b/gable"));
+        assert_eq!(base("s3://a/{tile}/{id}.obj").to_str(), Some("s3://a/gable"));
         assert_eq!(Template::of(Path::new("out/a.city.json")), Ok(None));
         assert_eq!(Template::of(Path::new("{a}/b.city.json")), Ok(None), "a folder may be called so");
         for bad in ["out/{tile}-{x}.city.json", "out/{ids}.city.json"] {

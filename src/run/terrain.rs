@@ -14,9 +14,10 @@ use crate::error::{Error, Result};
 use crate::report::TerrainReport;
 use crate::sink::Feature;
 use crate::source::crs::Crs;
+use crate::source::objects;
 use crate::terrain::{Grid, GroundStore, Outlines, Tally, Terrain, TerrainOptions};
 
-/// Where the ground points of a job wait: beside the model, else in the system's temporary folder. `None` where no terrain is
+/// Where the ground points of a job wait: beside the model, of an object in the folder that the run was started in, else in the system's temporary folder. `None` where no terrain is
 /// asked for.
 ///
 /// # Errors
@@ -29,7 +30,11 @@ pub(super) fn store(job: &Job, model: Option<&Path>, crs: &Crs) -> Result<Option
 /// Where files without a name may stand.
 fn folder(model: Option<&Path>) -> PathBuf {
     let Some(parent) = model.and_then(Path::parent) else { return std::env::temp_dir() };
-    if parent.as_os_str().is_empty() { PathBuf::from(".") } else { parent.to_path_buf() }
+    if parent.as_os_str().is_empty() || model.is_some_and(objects::is_object) {
+        PathBuf::from(".")
+    } else {
+        parent.to_path_buf()
+    }
 }
 
 /// The terrain of a run, ready to be made tile by tile.

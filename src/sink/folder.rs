@@ -1,11 +1,12 @@
-//! A folder that appears under its name only when it is whole.
+//! A folder that appears under its name only when it is whole; as objects, one whose main file does.
 
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::output::{exists, folder, temporary};
+use super::output::{exists, folder, refuse_web, temporary};
 use crate::error::{Error, InputError, Result};
+use crate::source::objects;
 
 /// A folder being filled: a hidden temporary beside the target, removed on drop, renamed by [`OutputFolder::commit`].
 pub(super) struct OutputFolder {
@@ -22,6 +23,9 @@ impl OutputFolder {
     /// Makes a temporary folder for `path` in the folder `scratch`; without one beside `path`. Both must be on one file
     /// system for the rename. A folder that is there is replaced only if it is empty or has the file `mark`.
     pub(super) fn create(path: &Path, overwrite: bool, scratch: Option<&Path>, mark: &'static str) -> Result<Self> {
+        if objects::is_object(path) {
+            return Self::create_objects(path, overwrite, scratch, mark);
+        }
         let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if target.exists() {
             if !overwrite {
@@ -41,6 +45,24 @@ impl OutputFolder {
         let scratch = scratch.unwrap_or_else(|| folder(&target));
         let folder = temporary(0o777).tempdir_in(scratch).map_err(|e| Error::io(path, "create", e))?;
         Ok(Self { folder, path: path.to_path_buf(), target, overwrite, mark, bytes: 0 })
+    }
+
+    fn create_objects(path: &Path, overwrite: bool, scratch: Option<&Path>, mark: &'static str) -> Result<Self> {
+        refuse_web(path)?;
+        if objects::exists(path)? {
+            if !overwrite {
+                return Err(exists(path).into());
+            }
+            if !objects::exists(&path.join(mark))? {
+                let found = format!("objects without a {mark}");
+                let fault = InputError::new(path, found, format!("nothing, or a {mark} and what belongs to it"));
+                return Err(fault.remedy("Nothing else is replaced. Give another name.").into());
+            }
+        }
+        let scratch = scratch.map_or_else(std::env::temp_dir, Path::to_path_buf);
+        let folder =
+            temporary(0o700).tempdir_in(scratch).map_err(|e| Error::io(path, "create a local folder for", e))?;
+        Ok(Self { folder, path: path.to_path_buf(), target: path.to_path_buf(), overwrite, mark, bytes: 0 })
     }
 
     /// Where spill files may stand: beside the result.
@@ -63,6 +85,10 @@ impl OutputFolder {
     /// Gives the folder its name; returns the size of its files.
     pub(super) fn commit(self) -> Result<u64> {
         let Self { folder, path, target, overwrite, mark, bytes } = self;
+        if objects::is_object(&target) {
+            objects::put_folder(folder.path(), &target, mark)?;
+            return Ok(bytes);
+        }
         let fault = |e| Error::io(&path, "rename the finished folder to", e);
         if target.exists() {
             if !overwrite {

@@ -1,4 +1,4 @@
-//! A file that appears under its name only when it is whole.
+//! A file, or an object, that appears under its name only when it is whole.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, InputError, Result};
+use crate::source::objects;
 
-/// A file being written: a hidden temporary beside the target, removed on drop, renamed by [`Output::commit`].
+/// A file being written: a hidden temporary beside the target, removed on drop, renamed by [`Output::commit`]; or an object,
+/// whose temporary file is uploaded then.
 pub(super) struct Output {
     file: BufWriter<NamedTempFile>,
     path: PathBuf,
@@ -19,8 +21,11 @@ pub(super) struct Output {
 
 impl Output {
     /// Opens a temporary file for `path` in the folder `scratch`; without one beside `path`. Both must be on one file
-    /// system for the rename.
+    /// system for the rename. What becomes an object is in the folder for temporary files where there is no `scratch`.
     pub(super) fn create(path: &Path, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
+        if objects::is_object(path) {
+            return Self::create_object(path, overwrite, scratch);
+        }
         // A link stays a link: what it points to is replaced.
         let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if target.is_dir() {
@@ -35,6 +40,17 @@ impl Output {
         let file = temporary(0o666).tempfile_in(&scratch).map_err(|e| Error::io(path, "create", e))?;
         let file = BufWriter::with_capacity(1 << 18, file);
         Ok(Self { file, path: path.to_path_buf(), target, scratch, overwrite })
+    }
+
+    fn create_object(path: &Path, overwrite: bool, scratch: Option<&Path>) -> Result<Self> {
+        refuse_web(path)?;
+        if !overwrite && objects::exists(path)? {
+            return Err(exists(path).into());
+        }
+        let scratch = scratch.map_or_else(std::env::temp_dir, Path::to_path_buf);
+        let file = temporary(0o600).tempfile_in(&scratch).map_err(|e| Error::io(path, "create a local file for", e))?;
+        let file = BufWriter::with_capacity(1 << 18, file);
+        Ok(Self { file, path: path.to_path_buf(), target: path.to_path_buf(), scratch, overwrite })
     }
 
     /// A nameless temporary file, for what must be written later.
@@ -70,6 +86,13 @@ impl Output {
             Ok((file, bytes))
         };
         let (file, bytes) = close().map_err(|e| Error::io(&path, "write", e))?;
+        if objects::is_object(&target) {
+            if !overwrite && objects::exists(&target)? {
+                return Err(exists(&path).into());
+            }
+            objects::put(file.path(), &target)?;
+            return Ok(bytes);
+        }
         let renamed = if overwrite { file.persist(&target) } else { file.persist_noclobber(&target) };
         match renamed {
             Ok(_) => {}
@@ -163,6 +186,16 @@ pub(crate) fn temporary<'a>(mode: u32) -> tempfile::Builder<'a, 'a> {
 /// The folder of a file.
 pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
+}
+
+/// Refuses to write to a web server.
+pub(crate) fn refuse_web(path: &Path) -> Result<(), InputError> {
+    if !objects::is_web(path) {
+        return Ok(());
+    }
+    let fault =
+        InputError::new(objects::label(path), "a web server as output", "a file, or an object (s3://, az://, gs://)");
+    Err(fault.remedy("Web servers take no files: write it where the server has it from"))
 }
 
 /// The refusal to replace a file.

@@ -1,9 +1,14 @@
-//! From arguments to files.
+//! From arguments to files and objects.
 
+use super::objects;
 use crate::error::{Error, InputError, Result};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+
+/// How patterns match: only `**` goes beyond a separator.
+const OPTIONS: glob::MatchOptions =
+    glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: false };
 
 /// What kind of file arguments name.
 #[derive(Debug, Clone, Copy)]
@@ -18,10 +23,12 @@ pub(crate) struct Kind {
     pub meant: &'static [&'static str],
 }
 
-/// The files of a kind that `args` name: files, folders (the files directly in them) and glob patterns.
+/// The files of a kind that `args` name: files, folders (the files directly in them) and glob patterns; and objects, those
+/// directly below an address that ends with a separator, and patterns of such.
 ///
 /// Sorted and without duplicates, both by canonical path, so that neither the order of the arguments nor a file that is
-/// named twice matters. A file named outright is taken whatever its extension.
+/// named twice matters. A file named outright is taken whatever its extension, and an object too, which may not be there:
+/// whoever opens it says so.
 ///
 /// # Errors
 /// An argument that does not exist, a pattern that is malformed or matches no file, a folder without files, no argument
@@ -34,6 +41,10 @@ pub(crate) fn expand(args: &[String], kind: &Kind) -> Result<Vec<PathBuf>> {
     let mut found = BTreeMap::new();
     for arg in args {
         let path = Path::new(arg);
+        if objects::is_object(path) {
+            found.extend(kind.objects(arg)?.into_iter().map(|object| (object.clone(), object)));
+            continue;
+        }
         let files = if path.is_dir() {
             let files = kind.files_in(path)?;
             if files.is_empty() {
@@ -61,18 +72,39 @@ pub(crate) fn expand(args: &[String], kind: &Kind) -> Result<Vec<PathBuf>> {
 }
 
 impl Kind {
-    fn matches(&self, pattern: &str) -> Result<Vec<PathBuf>> {
-        let malformed = |e: glob::PatternError| {
-            InputError::new(pattern, "a malformed pattern", "a glob pattern")
-                .at(format!("character {}", e.pos))
-                .remedy(e.msg)
+    /// The objects that an address names.
+    fn objects(&self, address: &str) -> Result<Vec<PathBuf>> {
+        let path = objects::label(Path::new(address));
+        let address = path.to_string_lossy();
+        // In the address of a web server a question mark begins a query, which is no part of it any more.
+        let first = address.find(['*', '?', '[']);
+        let (folder, pattern) = match first {
+            None if !address.ends_with('/') => return Ok(vec![path]),
+            None => (address.as_ref(), None),
+            Some(first) => (&address[..=address[..first].rfind('/').unwrap_or(first)], Some(address.as_ref())),
         };
+        let whole =
+            pattern.map(|pattern| glob::Pattern::new(pattern).map_err(|e| malformed(pattern, &e))).transpose()?;
+        let is_deep = pattern.is_some_and(|pattern| pattern[folder.len()..].contains('/'));
+        let matches = |object: &PathBuf| {
+            let named = whole.as_ref().is_none_or(|whole| whole.matches_path_with(object, OPTIONS));
+            named && (self.is_one(object) || pattern.is_some_and(|pattern| self.is_meant(object, pattern)))
+        };
+        let found: Vec<PathBuf> = objects::list(Path::new(folder), is_deep)?.into_iter().filter(matches).collect();
+        if found.is_empty() {
+            let what = if pattern.is_some() { "a pattern that matches no" } else { "a name below which there is no" };
+            return Err(InputError::new(&path, format!("{what} {} object", self.listed()), self.wanted).into());
+        }
+        Ok(found)
+    }
+
+    fn matches(&self, pattern: &str) -> Result<Vec<PathBuf>> {
         let mut paths = Vec::new();
         if Path::new(pattern).components().any(|part| part.as_os_str() == "**") {
-            let whole = glob::Pattern::new(pattern).map_err(malformed)?;
+            let whole = glob::Pattern::new(pattern).map_err(|e| malformed(pattern, &e))?;
             walk(&before_the_first_wildcard(pattern), &whole, &mut paths)?;
         } else {
-            for path in glob::glob(pattern).map_err(malformed)? {
+            for path in glob::glob(pattern).map_err(|e| malformed(pattern, &e))? {
                 paths.push(path.map_err(|e| Error::io(e.path().to_path_buf(), "read", e.into()))?);
             }
         }
@@ -123,6 +155,12 @@ impl Kind {
     }
 }
 
+fn malformed(pattern: &str, error: &glob::PatternError) -> InputError {
+    InputError::new(pattern, "a malformed pattern", "a glob pattern")
+        .at(format!("character {}", error.pos))
+        .remedy(error.msg)
+}
+
 /// The folder that all paths of a pattern are in.
 fn before_the_first_wildcard(pattern: &str) -> PathBuf {
     let is_plain = |part: &Component<'_>| !part.as_os_str().to_string_lossy().contains(['*', '?', '[']);
@@ -131,11 +169,6 @@ fn before_the_first_wildcard(pattern: &str) -> PathBuf {
 
 /// The paths below `folder` that match. As in shells, `**` does not go into links to folders: they may lead back.
 fn walk(folder: &Path, pattern: &glob::Pattern, found: &mut Vec<PathBuf>) -> Result<()> {
-    const OPTIONS: glob::MatchOptions = glob::MatchOptions {
-        case_sensitive: true,
-        require_literal_separator: true,
-        require_literal_leading_dot: false,
-    };
     let named = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     for entry in fs::read_dir(named).map_err(|e| Error::io(named, "read", e))? {
         let entry = entry.map_err(|e| Error::io(named, "read", e))?;

@@ -31,6 +31,7 @@ mod neighbourhoods;
 mod pipeline;
 mod postgis;
 mod reconstruct;
+mod remote;
 mod reported;
 mod resume;
 mod roofprint;

@@ -29,7 +29,8 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns), footprint files or a PostGIS database, and city models
+    /// Tiles (LAS, LAZ, COPC, PLY, text, folders, glob patterns), footprint files or a PostGIS database, and city models; in object
+    /// storage and on the web too
     #[arg(required = true, value_name = "FILES")]
     files: Vec<String>,
 
@@ -134,7 +135,8 @@ fn sort(files: &[&String]) -> (Vec<String>, Vec<PathBuf>) {
     let (mut tiles, mut outlines) = (Vec::new(), Vec::new());
     for file in files {
         let path = PathBuf::from(file);
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let shown = footprints::label(&path);
+        let extension = shown.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         if FOOTPRINTS.contains(&extension.as_str()) || footprints::is_database(&path) {
             outlines.push(path);
         } else {

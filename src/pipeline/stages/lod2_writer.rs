@@ -271,7 +271,7 @@ impl Lod2Writer {
             return Ok(());
         }
         let model = self.job.base(&names)?;
-        run::output::refuse_existing(&model).map_err(|fault| in_words_of(&self.values, fault.into()))
+        run::output::refuse_existing(&model).map_err(|fault| in_words_of(&self.values, fault))
     }
 
     fn start(&mut self) -> Result<Feed> {

@@ -15,7 +15,7 @@ use crate::pipeline::rows::Rows;
 use crate::pipeline::source::{named_crs, plain_reader_options};
 use crate::pipeline::stage::{Context, Flow, Next, Reader, Role, Stage, StageKind};
 use crate::source::crs::Crs;
-use crate::source::open;
+use crate::source::open::{self, Input};
 use crate::source::points::lines::{Line, Lines, shown};
 
 /// The type of this stage.
@@ -156,7 +156,7 @@ fn parse(line: &str, separator: char, count: usize, values: &mut Vec<f64>) -> Re
 }
 
 impl TextReader {
-    fn lines(&self) -> Result<Lines<BufReader<std::fs::File>>> {
+    fn lines(&self) -> Result<Lines<BufReader<Input>>> {
         let (file, _) = open::regular(&self.path, WANTED)?;
         Ok(Lines::new(BufReader::new(file), 0))
     }

@@ -29,6 +29,7 @@ use crate::record::PointsFile;
 use crate::report::{BuildingReport, Counts};
 use crate::segment::Scanned;
 use crate::sink::{self, AttributeOptions, Encoder, Names, Sink};
+use crate::source::objects;
 use crate::source::points::{Block, Tile};
 
 /// The name of the index in its folder.
@@ -52,6 +53,9 @@ pub(super) fn refuse_contradictions(job: &Job) -> Result<(), InputError> {
     let refused = |found: &str, expected: &str| Err(InputError::new("--crop-only", found, expected));
     if job.output.as_os_str().is_empty() || sink::is_stream(&job.output) {
         return refused("no folder to write to", "the name of a folder as output");
+    }
+    if objects::is_object(&job.output) {
+        return refused("a place in object storage", "a folder of this machine, for there is a file for each building");
     }
     if job.footprints.is_none() {
         return refused("no footprints", "--footprints: each says which points are written");

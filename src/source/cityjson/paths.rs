@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{InputError, Result};
 use crate::source::expand::{Kind, expand as expand_kind};
+use crate::source::objects;
 use crate::source::reread::is_standard_input;
 
 /// City models. In folders only what is called so by the end of its name: reports and footprints are JSON as well.
@@ -32,6 +33,7 @@ pub fn expand(args: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut found: Vec<PathBuf> = Vec::new();
     for arg in args {
         let files = match arg.to_str() {
+            Some(text) if objects::is_object(arg) => expand_kind(&[text.to_owned()], &MODELS)?,
             Some(text) if !is_standard_input(arg) && (arg.is_dir() || !arg.exists() && is_pattern(text)) => {
                 expand_kind(&[text.to_owned()], &MODELS)?
             }

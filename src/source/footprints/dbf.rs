@@ -3,7 +3,6 @@
 //! The `dbase` crate reads numbers as floating point and knows few encodings; ids of 18 digits and names with accents
 //! must survive, so the records are read here.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use serde_json::{Map, Number, Value};
 
 use super::attributes::distinct;
 use crate::error::{InputError, Result};
-use crate::source::open;
+use crate::source::open::{self, Input};
 
 /// Bytes of the header before the fields, and of each field.
 const BLOCK: usize = 32;
@@ -31,7 +30,7 @@ struct Field {
 
 /// A table that is read record by record.
 pub(super) struct Table {
-    file: BufReader<File>,
+    file: BufReader<Input>,
     fields: Vec<Field>,
     /// What is to be told of fields of one name.
     pub clashes: Vec<String>,

@@ -11,8 +11,16 @@ use crate::source::open;
 pub(super) const ACCEPTED: &str =
     "GeoJSON, GeoPackage, SpatiaLite, Shapefile (the .shp with its .dbf and .prj), FlatGeobuf or GeoParquet";
 
-/// The file to read (the `.shp` when another part of a shapefile is given) and the reader for it.
-pub(super) fn of(path: &Path) -> Result<(PathBuf, Reader)> {
+/// A format.
+pub(super) struct Format {
+    /// What reads its files.
+    pub reader: Reader,
+    /// Whether it reads of an object only what it needs, instead of a copy.
+    pub is_read_by_ranges: bool,
+}
+
+/// The file to read (the `.shp` when another part of a shapefile is given) and its format.
+pub(super) fn of(path: &Path) -> Result<(PathBuf, Format)> {
     let is_part = path
         .extension()
         .and_then(|e| e.to_str())
@@ -40,7 +48,8 @@ pub(super) fn of(path: &Path) -> Result<(PathBuf, Reader)> {
         _ if text.first() == Some(&b'<') => return Err(refused(&path, "XML").into()),
         _ => return Err(refused(&path, "an unknown format").into()),
     };
-    Ok((path, reader))
+    let is_read_by_ranges = start.starts_with(geoparquet::MAGIC);
+    Ok((path, Format { reader, is_read_by_ranges }))
 }
 
 fn refused(path: &Path, found: &str) -> InputError {

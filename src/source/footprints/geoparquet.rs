@@ -2,12 +2,13 @@
 //! groups and rows that are nowhere near the tiles passed over by the column of boxes that the file names.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use bytes::Bytes;
 use geo::Coord;
 use parquet::file::metadata::RowGroupMetaData;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use parquet::file::statistics::Statistics;
 use parquet::record::{Field, List, Row};
 use serde_json::{Map, Number, Value};
@@ -17,9 +18,10 @@ use super::format::stem;
 use super::outline::{Outline, Ring};
 use super::reference_system::{crs_of_file, wanted_in};
 use super::{FootprintOptions, LayerInfo, RawFeature, Sink, wkb};
-use crate::error::{Error, InputError, Result};
+use crate::error::{InputError, Result};
 use crate::guard::guarded;
 use crate::source::crs::Crs;
+use crate::source::open::{Input, Place};
 
 /// The first bytes of a Parquet file.
 pub(super) const MAGIC: &[u8; 4] = b"PAR1";
@@ -49,12 +51,56 @@ type Box4 = [f64; 4];
 
 /// Reads a GeoParquet file.
 pub(super) fn read(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
+    let (place, size) = Place::of(path, "a GeoParquet file")?;
+    let file = Ranges { place: place.clone(), size };
     // The library takes much of what a damaged file says for true.
-    guarded(|| read_unguarded(path, options, sink)).unwrap_or_else(|_| Err(damaged(path, "a damaged file").into()))
+    let read = guarded(|| read_unguarded(path, file, options, sink));
+    place.verdict()?;
+    read.unwrap_or_else(|_| Err(damaged(path, "a damaged file").into()))
 }
 
-fn read_unguarded(path: &Path, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
-    let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
+/// A file or an object that is read here and there.
+struct Ranges {
+    place: Place,
+    size: u64,
+}
+
+impl Ranges {
+    /// A reader at `start`; of an object, `length` bytes from there come at once.
+    fn at(&self, start: u64, length: usize) -> io::Result<Input> {
+        let mut input = self.place.open().map_err(io::Error::other)?;
+        if length > 0 {
+            input.expect(std::iter::once(start..start.saturating_add(length as u64)));
+        }
+        input.seek(SeekFrom::Start(start))?;
+        Ok(input)
+    }
+}
+
+impl Length for Ranges {
+    fn len(&self) -> u64 {
+        self.size
+    }
+}
+
+impl ChunkReader for Ranges {
+    type T = BufReader<Input>;
+
+    fn get_read(&self, start: u64) -> parquet::errors::Result<Self::T> {
+        Ok(BufReader::new(self.at(start, 0)?))
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> parquet::errors::Result<Bytes> {
+        if start.checked_add(length as u64).is_none_or(|end| end > self.size) {
+            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+        }
+        let mut bytes = vec![0; length];
+        self.at(start, length)?.read_exact(&mut bytes)?;
+        Ok(bytes.into())
+    }
+}
+
+fn read_unguarded(path: &Path, file: Ranges, options: &FootprintOptions, sink: Sink<'_>) -> Result<LayerInfo> {
     let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e.to_string()))?;
     let metadata = reader.metadata();
     let names = metadata.file_metadata().schema().get_fields().iter().map(|field| field.name().to_owned());

@@ -9,6 +9,7 @@
 mod arcs;
 mod attributes;
 mod dbf;
+mod fetched;
 mod filter;
 mod flatgeobuf;
 mod format;
@@ -34,12 +35,14 @@ use geo::{BoundingRect, MapCoordsInPlace, MultiPolygon, Rect};
 use serde_json::{Map, Value};
 
 use super::crs::{Crs, Transformer};
+use super::objects;
 use crate::error::{InputError, Result};
 use attributes::Columns;
 pub use attributes::attribute;
+use fetched::Fetched;
 use filter::Filter;
 use outline::Outline;
-pub use postgis::redacted;
+pub(crate) use reference_system::extents_in;
 
 /// One footprint with usable geometry.
 #[derive(Debug, Clone)]
@@ -122,9 +125,15 @@ pub fn is_database(path: &Path) -> bool {
     postgis::is_database(path)
 }
 
-/// The path as messages and reports show it: of a database without its password.
+/// The path as messages and reports show it: of a database without its password, of a web address without login and query.
 pub fn label(path: &Path) -> PathBuf {
-    postgis::label(path)
+    objects::label(&postgis::label(path))
+}
+
+/// A text, such as an argument of a command line, with the passwords of connection strings and the logins and queries of web
+/// addresses in it replaced by `***`.
+pub fn redacted(text: &str) -> String {
+    objects::redacted(&postgis::redacted(text))
 }
 
 /// The path that results are named after: of a database the name of the layer, or of the database.
@@ -132,7 +141,7 @@ pub fn name(path: &Path, options: &FootprintOptions) -> PathBuf {
     if postgis::is_database(path) {
         return PathBuf::from(postgis::name(path, options).unwrap_or_else(|| "footprints".to_owned()));
     }
-    path.to_path_buf()
+    objects::label(path)
 }
 
 /// What is in a footprint file.
@@ -218,13 +227,13 @@ pub fn read(path: &Path, options: &FootprintOptions) -> Result<FootprintLayer> {
 /// As [`read`], or [`crate::error::Error::Interrupted`].
 pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn() -> bool) -> Result<FootprintLayer> {
     let address = path;
-    let (path, reader) = if postgis::is_database(address) {
+    let (path, format) = if postgis::is_database(address) {
         (postgis::label(address), None)
     } else {
-        let (path, reader) = format::of(address)?;
-        (path, Some(reader))
+        let (path, format) = format::of(&objects::label(address))?;
+        (path, Some(format))
     };
-    refuse_query(&path, options, reader.is_none())?;
+    refuse_query(&path, options, format.is_none())?;
     let filter = options.filter.as_deref().map(|text| Filter::parse(text, &path)).transpose()?;
     let mut columns = Columns::default();
     let mut index = 0;
@@ -239,12 +248,16 @@ pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn(
         }
         index += 1;
     };
-    let info = match reader {
-        Some(reader) => reader(&path, options, &mut take)?,
+    let info = match &format {
+        Some(format) if objects::is_object(&path) && !format.is_read_by_ranges => {
+            let copy = Fetched::of(&path)?;
+            (format.reader)(copy.file(), options, &mut take).map_err(|error| copy.renamed(error))?
+        }
+        Some(format) => (format.reader)(&path, options, &mut take)?,
         None => postgis::read(address, options, &mut take, interrupted)?,
     };
     columns.extend(&info.columns);
-    if let Some(wanted) = options.layer.as_ref().filter(|_| reader.is_some())
+    if let Some(wanted) = options.layer.as_ref().filter(|_| format.is_some())
         && ![info.layer.clone(), format::stem(&path)].iter().any(|name| name.eq_ignore_ascii_case(wanted))
     {
         let fault = InputError::new(&path, format!("no layer `{wanted}`"), "a layer of the file");

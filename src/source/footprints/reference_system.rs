@@ -45,9 +45,20 @@ pub(super) fn wanted_in(options: &FootprintOptions, crs: Option<&Crs>) -> Option
 
 /// An extent (smallest x and y, largest x and y) in another CRS, a little wider than it is; `None` where there is no way.
 fn extent_in(from: &Crs, extent: [f64; 4], to: &Crs) -> Option<[f64; 4]> {
+    carried(&Transformer::new(from, to, Some(extent)).ok()?, extent)
+}
+
+/// The same of many extents at once, as far as they are known.
+pub(crate) fn extents_in(from: &Crs, extents: &[Option<[f64; 4]>], to: &Crs) -> Vec<Option<[f64; 4]>> {
+    let joined = |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
+    let around = extents.iter().copied().flatten().reduce(joined);
+    let transformer = around.and_then(|around| Transformer::new(from, to, Some(around)).ok());
+    extents.iter().map(|extent| carried(transformer.as_ref()?, (*extent)?)).collect()
+}
+
+fn carried(transformer: &Transformer, extent: [f64; 4]) -> Option<[f64; 4]> {
     const STEPS: u8 = 8;
     const SLACK: f64 = 0.02;
-    let transformer = Transformer::new(from, to, Some(extent)).ok()?;
     let [x0, y0, x1, y1] = extent;
     let at = |i: u8, low: f64, high: f64| low + (high - low) * f64::from(i) / f64::from(STEPS);
     let mut points: Vec<[f64; 2]> =

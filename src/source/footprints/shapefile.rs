@@ -1,6 +1,5 @@
 //! Shapefiles (ESRI White Paper, July 1998): `.shp` with `.dbf`, `.prj` and `.cpg` beside it.
 
-use std::fs::File;
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
@@ -13,7 +12,7 @@ use super::outline::{Outline, Ring};
 use super::reference_system::crs_of_file;
 use super::{FootprintOptions, LayerInfo, RawFeature, Sink};
 use crate::error::{InputError, Result};
-use crate::source::open;
+use crate::source::open::{self, Input};
 
 /// Bytes of the header of the file and of each record.
 const FILE_HEADER: u64 = 100;
@@ -114,7 +113,7 @@ fn stated_length(header: &[u8; FILE_HEADER as usize]) -> u64 {
 
 /// The records of a `.shp` file as bytes.
 struct Records {
-    file: BufReader<File>,
+    file: BufReader<Input>,
     left: u64,
     /// How many were read that are whole.
     whole: u64,

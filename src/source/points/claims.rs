@@ -8,15 +8,17 @@ use super::chunks::{Chunk, Compression};
 use super::decode::{Decoder, Fields};
 use super::header::Layout;
 use super::problem::TileProblem;
-use super::tile::{Extent, Tile};
+use super::tile::{Extent, Origin, Tile};
+use crate::source::open::Input;
 use las::{Transform, Vector};
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
 /// Points that are looked at when a tile is opened.
 const SAMPLES: u64 = 64;
 /// Points that are looked at before a tile is passed over, and chunks that they are taken from.
 const PROOF: (u64, u64) = (16_384, 16);
+/// Bytes of a record that say where it lies, without its height.
+const PLACE: u64 = 8;
 /// By so many CRS units points may lie outside the box without a word: headers are rounded.
 const ROUNDING: f64 = 1.0;
 
@@ -29,10 +31,15 @@ impl Extent {
 
 impl Tile {
     /// Whether the points lie in the box that the header states, as far as some thousands of them tell: all of a small
-    /// tile, of others some from each of several places. True where there is no box, or none can be read.
+    /// tile, of others some from each of several places. True where there is no box, or none can be read; and of an object,
+    /// of which megabytes would be fetched for it: there the few points count that were looked at when it was opened.
     pub fn is_true_to_its_extent(&self) -> bool {
-        let Some(extent) = self.extent.filter(|_| self.is_las() && self.placement.is_identity()) else { return true };
-        let Ok(file) = File::open(&self.path) else { return true };
+        let Some(extent) = self.extent.filter(|_| self.placement.is_identity()) else { return true };
+        let Origin::Las(place) = &self.origin else { return true };
+        if place.is_remote() {
+            return true;
+        }
+        let Ok(file) = place.open() else { return true };
         let (mut file, layout) = (BufReader::new(file), self.layout());
         let mut block = self.block();
         let Some(compression) = &layout.compression else {
@@ -74,15 +81,15 @@ impl Tile {
 }
 
 /// Records spread over an uncompressed file, all of a small one.
-fn all_of_plain(file: &mut BufReader<File>, layout: &Layout, transforms: &Vector<Transform>, extent: &Extent) -> bool {
+fn all_of_plain(file: &mut BufReader<Input>, layout: &Layout, transforms: &Vector<Transform>, extent: &Extent) -> bool {
     let starts = starts_of_plain(layout, if layout.points <= PROOF.0 { PROOF.0 } else { PROOF.0 / 16 });
     starts.into_iter().filter_map(|start| place(file, start, transforms)).all(|place| extent.holds(place))
 }
 
 /// Whether the box of the header holds the points, as far as a few of them tell: spread over the records of a LAS file, or
 /// the first of some chunks of a LAZ file, which stand uncompressed. True where none can be read.
-pub(super) fn is_plausible<R: Read + Seek>(
-    source: &mut R,
+pub(super) fn is_plausible(
+    source: &mut BufReader<Input>,
     layout: &Layout,
     transforms: &Vector<Transform>,
     extent: &Extent,
@@ -94,6 +101,7 @@ pub(super) fn is_plausible<R: Read + Seek>(
         let chosen = spread(chunks.len() as u64, SAMPLES).filter_map(|index| chunks.get(index as usize));
         chosen.map(|chunk| chunk.start).collect()
     };
+    source.get_mut().expect(starts.iter().map(|&start| start..start + PLACE));
     let places = starts.into_iter().filter_map(|start| place(source, start, transforms));
     let (inside, outside): (Vec<_>, Vec<_>) = places.partition(|place| extent.holds(*place));
     // Damage puts single points anywhere: those are left out later on, and the box stands.

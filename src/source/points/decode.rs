@@ -4,10 +4,10 @@ use super::chunks::Compression;
 use super::gps_time::{Coding, GpsTimes};
 use super::layered_times::LayeredTimes;
 use crate::guard::guarded;
+use crate::source::open::Input;
 use laz::las::{v1, v2};
 use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor};
 use laz::{DecompressionSelection, LazItem, LazItemType};
-use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
 
 /// Which fields of a record are decoded; the others are zero.
@@ -30,14 +30,14 @@ pub(super) struct Decoder {
 
 /// The decoder of the crate for either way to store records.
 enum Records {
-    Sequential(SequentialPointRecordDecompressor<'static, BufReader<File>>),
+    Sequential(SequentialPointRecordDecompressor<'static, BufReader<Input>>),
     /// With the decoder of the times, when they are wanted.
-    Layered(LayeredPointRecordDecompressor<'static, BufReader<File>>, Option<LayeredTimes>),
+    Layered(LayeredPointRecordDecompressor<'static, BufReader<Input>>, Option<LayeredTimes>),
 }
 
 impl Decoder {
     /// A decoder of `file`.
-    pub fn new(file: BufReader<File>, compression: &Compression, record_len: usize, fields: Fields) -> Self {
+    pub fn new(file: BufReader<Input>, compression: &Compression, record_len: usize, fields: Fields) -> Self {
         let records = if compression.layers.is_some() {
             Records::Layered(LayeredPointRecordDecompressor::new(file), None)
         } else {
@@ -48,7 +48,7 @@ impl Decoder {
     }
 
     /// The file; its position is that of the decoder.
-    pub fn source(&mut self) -> &mut BufReader<File> {
+    pub fn source(&mut self) -> &mut BufReader<Input> {
         match &mut self.records {
             Records::Sequential(records) => records.get_mut(),
             Records::Layered(records, _) => records.get_mut(),
@@ -114,7 +114,7 @@ impl Decoder {
 
 /// Adds the decoder of a field as the crate does, but for [`GpsTimes`].
 fn add_field(
-    records: &mut SequentialPointRecordDecompressor<'static, BufReader<File>>,
+    records: &mut SequentialPointRecordDecompressor<'static, BufReader<Input>>,
     item: LazItem,
 ) -> Result<(), String> {
     let bytes = usize::from(item.size());

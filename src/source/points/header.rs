@@ -5,8 +5,8 @@
 
 use super::chunks::Compression;
 use crate::error::{Error, InputError, Result};
+use crate::source::open::Input;
 use las::raw;
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub(super) struct Layout {
 ///
 /// # Errors
 /// What is wrong with the header, and where; or that the file cannot be read.
-pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result<(las::Header, Layout)> {
+pub(super) fn read(path: &Path, file: &mut BufReader<Input>, size: u64) -> Result<(las::Header, Layout)> {
     let fault = |place: &str, found: String, expected: &str| -> Error {
         InputError::new(path, found, expected)
             .at(place)
@@ -164,7 +164,7 @@ pub(super) fn read(path: &Path, file: &mut BufReader<File>, size: u64) -> Result
 
 /// The extended records that matter: CRS and COPC. A file that is cut off has lost its extended records, which stand at
 /// its end; that is no reason to refuse its points, so what cannot be read is left out.
-fn read_evlrs(file: &mut BufReader<File>, start: u64, count: u32, size: u64) -> Vec<las::Vlr> {
+fn read_evlrs(file: &mut BufReader<Input>, start: u64, count: u32, size: u64) -> Vec<las::Vlr> {
     let mut found = Vec::new();
     let mut position = start;
     for _ in 0..count {

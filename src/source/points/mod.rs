@@ -37,6 +37,7 @@ mod tests;
 use std::path::PathBuf;
 
 use super::expand::Kind;
+use super::tile_index;
 use crate::error::Result;
 pub use block::{Block, ScanPoint};
 pub(crate) use cloud::{PlyFile, Scalar, lines};
@@ -52,17 +53,18 @@ pub use tile::{Extent, Tile};
 /// pattern says so.
 const TILES: Kind = Kind {
     name: "tiles",
-    wanted: "LAS, LAZ, COPC, PLY or text files, folders or glob patterns",
+    wanted: "LAS, LAZ, COPC, PLY or text files, folders, glob patterns or an index of tiles",
     extensions: &["las", "laz", "ply", "xyz", "pts"],
     meant: &cloud::TEXT,
 };
 
-/// The tiles that arguments name: files, folders (the tiles directly in them) and glob patterns; sorted and without
-/// duplicates, both by canonical path. A file named outright is taken whatever its extension.
+/// The tiles that arguments name: files, folders (the tiles directly in them) and glob patterns, also in object storage; and
+/// those that an [index](super::tile_index) names. Sorted and without duplicates, both by canonical path. A file named outright is
+/// taken whatever its extension, but for those of indexes.
 ///
 /// # Errors
 /// An argument that does not exist, a pattern that is malformed or matches no tile, a folder without tiles, no argument
 /// at all, or a folder that cannot be read.
 pub fn expand(arguments: &[String]) -> Result<Vec<PathBuf>> {
-    super::expand::expand(arguments, &TILES)
+    super::expand::expand(&tile_index::spread(arguments)?, &TILES)
 }

@@ -7,8 +7,8 @@ use super::decode::{Decoder, Fields, explain};
 use super::problem::TileProblem;
 use super::spill;
 use super::tile::{Origin, Tile};
-use crate::error::{Error, Result};
-use std::fs::File;
+use crate::error::Result;
+use crate::source::open::Place;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
 
@@ -59,7 +59,7 @@ impl Tile {
     /// Other tiles are read whole. What is missing or damaged is told by the [`Reading`]; it is no error.
     ///
     /// # Errors
-    /// The file cannot be opened.
+    /// The file cannot be opened; an object cannot be read any more, or was changed.
     pub fn stream(&self, region: Option<&Region>, visit: &mut dyn FnMut(&Block)) -> Result<Reading> {
         self.stream_fields(Fields::Scan, region, &mut |block| {
             visit(block);
@@ -71,7 +71,7 @@ impl Tile {
     /// read then is not missing.
     ///
     /// # Errors
-    /// The file cannot be opened.
+    /// As [`Self::stream`].
     pub fn stream_records(
         &self,
         region: Option<&Region>,
@@ -92,22 +92,25 @@ impl Tile {
             return Ok(reading);
         }
         let mut out = Output::new(self.block(), &mut reading, visit);
-        match &self.origin {
-            Origin::Las => {}
+        let place = match &self.origin {
+            Origin::Las(place) => place,
             Origin::Spill(spill) => {
                 self.stream_plain(&mut spill.reader(), &mut out);
                 return Ok(reading);
             }
-            Origin::Cloud(cloud) => {
+            Origin::Cloud(cloud, place) => {
                 out.reading.expected = cloud.announced().unwrap_or(layout.points);
-                self.stream_cloud(cloud, &mut out)?;
+                self.stream_cloud(cloud, place, &mut out)?;
                 return Ok(reading);
             }
-        }
-        let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
-        let mut file = BufReader::with_capacity(1 << 16, file);
+        };
+        let mut file = BufReader::with_capacity(1 << 16, place.open()?);
         match &layout.compression {
-            None => self.stream_plain(&mut file, &mut out),
+            None => {
+                let held = layout.points.saturating_mul(layout.record_len as u64);
+                file.get_mut().expect(std::iter::once(layout.data_start..layout.data_start.saturating_add(held)));
+                self.stream_plain(&mut file, &mut out);
+            }
             Some(compression) => {
                 let nodes = region.and_then(|region| self.copc_nodes(&mut file, region));
                 let chunks = match nodes {
@@ -118,6 +121,13 @@ impl Tile {
                     }
                     None => compression.table(&mut file, layout),
                 };
+                match &chunks {
+                    Some(chunks) => {
+                        let ranges = chunks.iter().map(|chunk| chunk.start..chunk.start.saturating_add(chunk.bytes));
+                        file.get_mut().expect(ranges);
+                    }
+                    None => file.get_mut().expect(std::iter::once(layout.data_start..layout.file_size)),
+                }
                 let decoder = Decoder::new(file, compression, layout.record_len, fields);
                 match chunks {
                     Some(chunks) => self.stream_chunks(decoder, compression, &chunks, &mut out),
@@ -125,6 +135,7 @@ impl Tile {
                 }
             }
         }
+        place.verdict()?;
         Ok(reading)
     }
 
@@ -152,9 +163,9 @@ impl Tile {
     }
 
     /// Points of another kind of file, made records.
-    fn stream_cloud(&self, cloud: &Cloud, out: &mut Output) -> Result<()> {
+    fn stream_cloud(&self, cloud: &Cloud, place: &Place, out: &mut Output) -> Result<()> {
         let mut filled = 0;
-        let fault = cloud.read(&self.path, &mut |position, class| {
+        let fault = cloud.read(&self.path, place, &mut |position, class| {
             if let Some(record) = out.block.resize(BLOCK as usize).as_chunks_mut().0.get_mut(filled) {
                 spill::encode(&ScanPoint::new(position, class), record);
                 filled += 1;

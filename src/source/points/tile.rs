@@ -9,7 +9,7 @@ use super::placement::Placement;
 use super::spill::{RECORD, Spill};
 use crate::error::Result;
 use crate::source::crs::Crs;
-use crate::source::open;
+use crate::source::open::Place;
 use las::{Transform, Vector};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -62,11 +62,11 @@ impl Extent {
 #[derive(Debug, Clone)]
 pub(super) enum Origin {
     /// In a LAS file.
-    Las,
+    Las(Place),
     /// In a temporary file.
     Spill(Spill),
     /// In a file of another kind.
-    Cloud(Cloud),
+    Cloud(Cloud, Place),
 }
 
 /// A LAS, LAZ or COPC file whose header has been read and checked; a PLY or text file that has been looked through; or
@@ -123,13 +123,17 @@ impl Tile {
         if let Some(opened) = Cloud::open(path)? {
             return Ok(Self::of_cloud(path, opened));
         }
-        let (file, size) = open::regular(path, cloud::WANTED)?;
-        let mut file = BufReader::new(file);
-        let (header, layout) = header::read(path, &mut file, size)?;
+        let (place, size) = Place::of(path, cloud::WANTED)?;
+        let mut file = BufReader::new(place.open()?);
+        let read = header::read(path, &mut file, size);
+        place.verdict()?;
+        let (header, layout) = read?;
         let (chunks, surplus) = claims::chunks(&mut file, &layout, layout.compression.as_ref());
         let stated_extent = stated_extent(&header, layout.points);
         let extent = stated_extent
             .filter(|extent| claims::is_plausible(&mut file, &layout, header.transforms(), extent, &chunks));
+        // What could not be fetched of an object is not missing in it.
+        place.verdict()?;
         let unannounced = claims::unannounced(&layout, layout.data_end, surplus);
         let (crs, crs_fault) = match Crs::from_header(&header) {
             Ok(crs) => (crs, None),
@@ -151,7 +155,7 @@ impl Tile {
             covered: None,
             buildings: Arc::default(),
             layout,
-            origin: Origin::Las,
+            origin: Origin::Las(place),
             placement: Placement::default(),
             parcels: None,
             raw_extent: extent,
@@ -159,7 +163,7 @@ impl Tile {
     }
 
     fn of_cloud(path: &Path, opened: cloud::Opened) -> Self {
-        let cloud::Opened { cloud, points, extent, size } = opened;
+        let cloud::Opened { cloud, place, points, extent, size } = opened;
         let extent = (!extent.is_empty()).then_some(extent);
         let layout = Layout {
             version_minor: 0,
@@ -187,7 +191,7 @@ impl Tile {
             covered: None,
             buildings: Arc::default(),
             layout,
-            origin: Origin::Cloud(cloud),
+            origin: Origin::Cloud(cloud, place),
             placement: Placement::default(),
             parcels: None,
             raw_extent: extent,
@@ -222,17 +226,17 @@ impl Tile {
     /// What kind of file it is.
     pub fn kind(&self) -> &'static str {
         match (&self.origin, self.is_copc, &self.layout.compression) {
-            (Origin::Las, true, _) => "COPC",
-            (Origin::Las, false, Some(_)) => "LAZ",
-            (Origin::Las, false, None) => "LAS",
+            (Origin::Las(_), true, _) => "COPC",
+            (Origin::Las(_), false, Some(_)) => "LAZ",
+            (Origin::Las(_), false, None) => "LAS",
             (Origin::Spill(_), ..) => "points",
-            (Origin::Cloud(cloud), ..) => cloud.kind(),
+            (Origin::Cloud(cloud, _), ..) => cloud.kind(),
         }
     }
 
     /// Whether it is a LAS, LAZ or COPC file, with the records of one.
     pub fn is_las(&self) -> bool {
-        matches!(self.origin, Origin::Las)
+        matches!(self.origin, Origin::Las(_))
     }
 
     /// The areas that were scanned: [`Self::covered`], or the extent.

@@ -7,7 +7,6 @@ mod mosaic;
 mod placement;
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +15,7 @@ use tiff::tags::Tag;
 use tiff::{TiffError, TiffFormatError};
 
 use super::crs::Crs;
-use super::open;
+use super::open::{self, Input};
 use crate::error::{Error, InputError, Result};
 pub use mosaic::{Mosaic, sheets};
 use placement::Placement;
@@ -34,7 +33,7 @@ const REMEDY: &str =
 /// A raster of heights, open for reading.
 pub struct HeightRaster {
     path: PathBuf,
-    decoder: Decoder<BufReader<File>>,
+    decoder: Decoder<BufReader<Input>>,
     /// The CRS that it names; `None` where it names none.
     crs: Option<Crs>,
     placement: Placement,

@@ -17,11 +17,10 @@ mod tests;
 use super::spill;
 use super::tile::Extent;
 use crate::error::{Error, InputError, Result};
-use crate::source::open;
+use crate::source::open::Place;
 pub(crate) use ply_file::PlyFile;
 use ply_header::PlyHeader;
 pub(crate) use ply_header::Scalar;
-use std::fs::File;
 use std::io::BufReader;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -49,6 +48,8 @@ pub(super) enum Cloud {
 pub(super) struct Opened {
     /// How its points stand.
     pub cloud: Cloud,
+    /// Where it is.
+    pub place: Place,
     /// Points that could be read, those with absurd coordinates included.
     pub points: u64,
     /// Where they lie.
@@ -63,11 +64,13 @@ impl Cloud {
     /// # Errors
     /// The file cannot be read, or is not what it says that it is; of text, any line that is no point.
     pub fn open(path: &Path) -> Result<Option<Opened>> {
-        let (file, size) = open::regular(path, WANTED)?;
-        let mut file = BufReader::with_capacity(BUFFER, file);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if ["las", "laz"].contains(&extension.as_str()) {
+            return Ok(None);
+        }
+        let (place, size) = Place::of(path, WANTED)?;
+        let mut file = BufReader::with_capacity(BUFFER, place.open()?);
         let cloud = match extension.as_str() {
-            "las" | "laz" => return Ok(None),
             _ if ply_header::is_ply(&mut file).map_err(|e| Error::io(path, "read", e))? => {
                 Self::Ply(ply_header::read(path, &mut file)?)
             }
@@ -80,7 +83,7 @@ impl Cloud {
             _ => return Ok(None),
         };
         let (mut points, mut extent) = (0, Extent::EMPTY);
-        let fault = cloud.read(path, &mut |position, _| {
+        let fault = cloud.read(path, &place, &mut |position, _| {
             points += 1;
             if spill::is_plausible(position) {
                 extent.grow(position);
@@ -91,21 +94,22 @@ impl Cloud {
             // What a header announces may be cut off, and the rest be used; text announces nothing.
             (Self::Ply(header), Some(fault)) if points == 0 && header.vertices() > 0 => Err(fault.into()),
             (Self::Text(_), Some(fault)) => Err(fault.into()),
-            _ => Ok(Some(Opened { cloud, points, extent, size })),
+            _ => Ok(Some(Opened { cloud, place, points, extent, size })),
         }
     }
 
     /// Hands out the points in the order of the file. Gives what stood in the way, if not all could be read.
     ///
     /// # Errors
-    /// The file cannot be opened.
-    pub fn read(&self, path: &Path, visit: &mut Visit) -> Result<Option<InputError>> {
-        let file = File::open(path).map_err(|e| Error::io(path, "open", e))?;
-        let file = BufReader::with_capacity(BUFFER, file);
-        Ok(match self {
+    /// The file cannot be opened; an object cannot be read any more, or was changed.
+    pub fn read(&self, path: &Path, place: &Place, visit: &mut Visit) -> Result<Option<InputError>> {
+        let file = BufReader::with_capacity(BUFFER, place.open()?);
+        let fault = match self {
             Self::Ply(header) => ply::read(header, path, file, visit),
             Self::Text(columns) => text::read(columns, path, file, visit),
-        })
+        };
+        place.verdict()?;
+        Ok(fault)
     }
 
     /// Points that the file announces; `None` where it announces none.

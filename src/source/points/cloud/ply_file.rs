@@ -4,8 +4,7 @@ use super::ply::{self, VisitValues};
 use super::ply_header::{self, PlyHeader, Scalar};
 use super::{BUFFER, WANTED};
 use crate::error::{Error, InputError, Result};
-use crate::source::open;
-use std::fs::File;
+use crate::source::open::Place;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +12,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone)]
 pub(crate) struct PlyFile {
     path: PathBuf,
+    place: Place,
     header: PlyHeader,
 }
 
@@ -22,14 +22,14 @@ impl PlyFile {
     /// # Errors
     /// The file cannot be read, or is no PLY file with points.
     pub fn open(path: &Path) -> Result<Self> {
-        let (file, size) = open::regular(path, WANTED)?;
-        let mut file = BufReader::with_capacity(BUFFER, file);
+        let (place, size) = Place::of(path, WANTED)?;
+        let mut file = BufReader::with_capacity(BUFFER, place.open()?);
         if !ply_header::is_ply(&mut file).map_err(|e| Error::io(path, "read", e))? {
             let found = if size == 0 { "an empty file (0 bytes)" } else { "another beginning" };
             let fault = InputError::new(path, found, "`ply` and the end of a line").at("line 1");
             return Err(fault.remedy("The file is damaged or not a PLY file: fetch or export it again").into());
         }
-        Ok(Self { path: path.to_path_buf(), header: ply_header::read(path, &mut file)? })
+        Ok(Self { path: path.to_path_buf(), place, header: ply_header::read(path, &mut file)? })
     }
 
     /// The numbers that a vertex has, without lists: name and type.
@@ -53,7 +53,9 @@ impl PlyFile {
     /// # Errors
     /// The file cannot be opened.
     pub fn read(&self, visit: &mut VisitValues) -> Result<Option<InputError>> {
-        let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
-        Ok(ply::read_values(&self.header, &self.path, BufReader::with_capacity(BUFFER, file), visit))
+        let file = BufReader::with_capacity(BUFFER, self.place.open()?);
+        let fault = ply::read_values(&self.header, &self.path, file, visit);
+        self.place.verdict()?;
+        Ok(fault)
     }
 }
