@@ -64,7 +64,7 @@ struct Done {
 }
 
 /// Reconstructs all tasks on the threads of `pool` with `reconstruct` and hands them to `write` in their order, on the
-/// calling thread.
+/// calling thread, each with its place in it and what it cost.
 ///
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
 /// the panic. When the observer interrupts, buildings under way are completed and written and the others are counted as
@@ -80,7 +80,7 @@ pub(super) fn reconstruct_all(
     checkpoint: Option<&Checkpoint>,
     grid_steps: i64,
     reconstruct: impl Fn(&Site) -> Building + Sync,
-    mut write: impl FnMut(&Building) -> Result<()>,
+    mut write: impl FnMut(&Record<&Building>) -> Result<()>,
 ) -> Result<(Counts, Vec<BuildingReport>)> {
     let mut counts = Counts { footprints: tasks.len(), ..Counts::default() };
     let mut reports = Vec::with_capacity(tasks.len());
@@ -98,13 +98,13 @@ pub(super) fn reconstruct_all(
             done
         },
         || observer.interrupted(),
-        |_, done| {
+        |index, done| {
             let Some(done) = done else {
                 counts.not_reached += 1;
                 return Ok::<(), Error>(());
             };
             let Done { building, wall, cpu, resumed } = done?;
-            write(&building)?;
+            write(&Record { index, wall, cpu, building: &building })?;
             let report = BuildingReport { resumed, ..BuildingReport::new(&building, wall, cpu) };
             counts.add(&report);
             observer.event(Event::Building(&report));
@@ -236,8 +236,8 @@ mod tests {
     fn buildings_are_written_in_order_and_a_panic_is_one_buildings_fate() {
         for threads in 1..=3 {
             let mut written = Vec::new();
-            let write = |b: &Building| {
-                written.push(b.clone());
+            let write = |record: &Record<&Building>| {
+                written.push(record.building.clone());
                 Ok(())
             };
             let (counts, reports) =
@@ -275,8 +275,8 @@ mod tests {
     #[test]
     fn an_interruption_keeps_what_is_done() {
         let mut written = Vec::new();
-        let write = |b: &Building| {
-            written.push(b.id.clone());
+        let write = |record: &Record<&Building>| {
+            written.push(record.building.id.clone());
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
@@ -290,8 +290,8 @@ mod tests {
     fn a_feature_that_is_kept_passes_through() {
         let kept = broken(&site(9), 1, "a line".into());
         let mut written = Vec::new();
-        let write = |b: &Building| {
-            written.push((b.id.clone(), b.notes.clone()));
+        let write = |record: &Record<&Building>| {
+            written.push((record.building.id.clone(), record.building.notes.clone()));
             Ok(())
         };
         reconstruct_all(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, None, 1, method, write).unwrap();

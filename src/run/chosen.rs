@@ -65,7 +65,7 @@ fn found(tasks: Vec<buildings::Task>, id: &str) -> Option<(Site, Vec<String>)> {
 
 /// The box of the footprint of this id, and of what is around it.
 fn place_of(plan: &Plan, job: &Job, id: &str) -> Result<Extent, InputError> {
-    if let Some(rejected) = plan.rejected().iter().find(|feature| feature.id == id) {
+    if let Some(rejected) = plan.rejected.iter().find(|feature| feature.id == id) {
         let found = format!("no usable polygon: {}", rejected.reason);
         let fault = InputError::new(source(job), found, "a footprint").at(format!("the feature {id:?}"));
         return Err(fault.remedy("Repair it: without a footprint there is nothing to reconstruct"));

@@ -23,6 +23,7 @@ mod file_names;
 mod files;
 mod identity;
 mod job;
+pub mod jobs;
 mod journal;
 mod layer;
 mod limit;
@@ -143,7 +144,7 @@ fn run_both(
     } else {
         write::write(job, &plan, (tasks, ground), &pool, &mut journal, method, open)?
     };
-    plan::warn_of_emptiness(&plan, &done.counts, &journal);
+    plan::warn_of_emptiness(&plan.inputs.points, &plan.segmentation, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
     let exit_code = if job.crop_only {
@@ -172,6 +173,7 @@ fn run_both(
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
         threads: pool.current_num_threads(),
         peak_memory_bytes: report::peak_memory(),
+        jobs: None,
         outputs,
         warnings,
         buildings: done.buildings,

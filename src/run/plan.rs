@@ -16,7 +16,9 @@ use super::{checkpoint, classes, clouds, layer, output, roofprints, single, surv
 use crate::error::{Error, InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
-use crate::segment::{SegmentOptions, Segmentation, segment, segment_named, segment_object};
+use crate::segment::{
+    PointCounts, SegmentOptions, Segmentation, segment, segment_named, segment_object, segment_share,
+};
 use crate::sink::Format;
 use crate::site::Site;
 use crate::source::classes::class_name;
@@ -30,7 +32,7 @@ use crate::terrain::GroundStore;
 pub(super) struct Plan {
     pub tiles: Vec<Tile>,
     /// The clouds that the tiles are of, in the order in which they are looked at.
-    clouds: Vec<Cloud>,
+    pub clouds: Vec<Cloud>,
     pub crs: Crs,
     pub crs_report: CrsReport,
     /// The model's file, or what the checkpoint of a model in several files is named after; `None` when only a sink of the
@@ -43,16 +45,20 @@ pub(super) struct Plan {
     /// What the model is of: the name of the footprint file, or of the only tile.
     pub title: String,
     pub inputs: Inputs,
-    footprints: Vec<Footprint>,
+    pub footprints: Vec<Footprint>,
     /// Which of the footprints are to be reconstructed; the others are beside them.
-    is_wanted: Vec<bool>,
-    rejected: Vec<Rejected>,
+    pub is_wanted: Vec<bool>,
+    /// The features without a usable polygon.
+    pub rejected: Vec<Rejected>,
+    /// Whether the footprints are those of one job of several, and the tiles that it does not need are
+    /// [elsewhere](Tile::elsewhere).
+    pub is_share: bool,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
     /// Which points belong to a building: what the job says, but for points without classes.
     pub segmentation: SegmentOptions,
     /// Whether the footprints stand in for those that there are not.
-    has_stand_ins: bool,
+    pub has_stand_ins: bool,
     /// Where the ground points wait for the terrain; `None` where there is to be none.
     pub ground: Option<GroundStore>,
 }
@@ -61,11 +67,6 @@ impl Plan {
     /// The footprints whose points are to be collected.
     pub(super) fn footprints(&self) -> &[Footprint] {
         &self.footprints
-    }
-
-    /// The features without a usable polygon.
-    pub(super) fn rejected(&self) -> &[Rejected] {
-        &self.rejected
     }
 
     /// The same with these tiles alone, and without anything to be written.
@@ -83,6 +84,7 @@ impl Plan {
             footprints: self.footprints.clone(),
             is_wanted: self.is_wanted.clone(),
             rejected: Vec::new(),
+            is_share: self.is_share,
             continues: false,
             segmentation: self.segmentation.clone(),
             has_stand_ins: self.has_stand_ins,
@@ -218,6 +220,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             footprints,
             is_wanted,
             rejected,
+            is_share: false,
             continues,
             segmentation,
             has_stand_ins,
@@ -275,6 +278,7 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
             let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
             let names_buildings = plan.tiles.iter().any(|tile| !tile.buildings.is_empty());
             let segment = match (plan.has_stand_ins, names_buildings) {
+                (false, _) if plan.is_share => segment_share,
                 (false, _) => segment,
                 (true, false) => segment_object,
                 (true, true) => segment_named,
@@ -360,13 +364,18 @@ fn name_the_footprints(error: Error, plan: &Plan) -> Error {
 }
 
 /// Says which classes there are when no footprint holds a point of those that were asked for.
-pub(super) fn warn_of_emptiness(plan: &Plan, counts: &Counts, journal: &Journal<'_>) {
+pub(super) fn warn_of_emptiness(
+    points: &PointCounts,
+    segmentation: &SegmentOptions,
+    counts: &Counts,
+    journal: &Journal<'_>,
+) {
     if counts.with_points > 0 || counts.written == 0 {
         return;
     }
-    let classes = plan.inputs.points.classes.iter();
+    let classes = points.classes.iter();
     let classes: Vec<String> = classes.map(|(&class, n)| format!("{class} ({}): {n}", class_name(class))).collect();
-    let dropped = plan.inputs.points.dropped;
+    let dropped = points.dropped;
     let flagged = match (dropped.synthetic, dropped.withheld) {
         (0, 0) => String::new(),
         (synthetic, withheld) => format!(
@@ -377,7 +386,7 @@ pub(super) fn warn_of_emptiness(plan: &Plan, counts: &Counts, journal: &Journal<
     journal.warn(&format!(
         "no footprint holds a point of building class {} that counts; points by class: {}{flagged}; other classes are chosen \
          by --building-class",
-        plan.segmentation.building_classes,
+        segmentation.building_classes,
         if classes.is_empty() { "none".to_owned() } else { classes.join(", ") }
     ));
 }

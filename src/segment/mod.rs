@@ -7,6 +7,7 @@
 //! ground around it, and, where no ground was scanned around it, on which floors they stand.
 
 mod change;
+mod company;
 mod counts;
 mod coverage;
 mod ground;
@@ -27,6 +28,7 @@ mod vegetation;
 mod tests;
 
 pub use change::between;
+pub use company::{Company, TileTree};
 pub use counts::{DroppedPoints, PointCounts};
 pub use options::{AnyClass, BuildingClasses, GroundLevel, HeightAbove, NOISE, SegmentOptions, UseFlagged};
 pub use scanned::Scanned;
@@ -116,15 +118,63 @@ pub fn segment_named(
     join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress, terrain)
 }
 
+/// Joins a share of the footprints of a run, those [beside](Company) it among them, with the tiles that it needs; of the other
+/// tiles only where they lie is known ([`Tile::elsewhere`]). Each site is the one that [`segment`] gives with all footprints
+/// and tiles.
+///
+/// # Errors
+/// As [`segment`], but for what others may have where this share lacks it: points, points of the building classes, an
+/// attribute, a height of the terrain model.
+pub fn segment_share(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
+) -> Result<Segmentation> {
+    join(tiles, footprints, crs, options, Meaning::OutlinesOfShare, progress, terrain)
+}
+
+/// Refuses what a run of these tiles and footprints would refuse before it reads points.
+///
+/// # Errors
+/// As [`segment`], as far as headers tell.
+pub fn refuse(tiles: &[Tile], footprints: &[Footprint], crs: &Crs, options: &SegmentOptions) -> Result<()> {
+    refuse::options(options)?;
+    refuse::geographic(crs)?;
+    refuse::without_points(tiles)?;
+    let all = Neighbourhood::new(footprints, crs, options.ring_limit.max(options.ring_width));
+    refuse::apart(tiles, footprints, &all, crs)?;
+    options.ground_attribute.as_deref().map_or(Ok(()), |name| ground::refuse_unknown(name, footprints))
+}
+
+/// Refuses tiles in which the building classes do not occur, where these are the `counts` of all points that were read.
+///
+/// # Errors
+/// The classes that there are.
+pub fn refuse_classes(tiles: &[Tile], counts: &PointCounts, options: &SegmentOptions) -> Result<()> {
+    refuse::without_buildings(tiles, counts, &Roles::new(options), options)
+}
+
 /// What footprints are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     /// The outlines of buildings: what lies inside is theirs, and there their walls stand.
     Outlines,
+    /// The same of a share of a run: others may have what these lack.
+    OutlinesOfShare,
     /// Where an object stands: what lies inside is its own.
     Places,
     /// Where buildings stand whose points name them.
     PlacesOfNamed,
+}
+
+impl Meaning {
+    /// Whether walls stand on them.
+    fn is_outline(self) -> bool {
+        matches!(self, Self::Outlines | Self::OutlinesOfShare)
+    }
 }
 
 fn join(
@@ -138,10 +188,15 @@ fn join(
 ) -> Result<Segmentation> {
     refuse::options(options)?;
     refuse::geographic(crs)?;
-    refuse::without_points(tiles)?;
+    let is_share = meaning == Meaning::OutlinesOfShare;
+    if !is_share {
+        refuse::without_points(tiles)?;
+    }
     let reach = options.ring_limit.max(options.ring_width);
     let all = Neighbourhood::new(&footprints, crs, reach);
-    refuse::apart(tiles, &footprints, &all, crs)?;
+    if !is_share {
+        refuse::apart(tiles, &footprints, &all, crs)?;
+    }
 
     let roles = Roles::new(options);
     let naming = Naming::new(tiles, &footprints, meaning != Meaning::PlacesOfNamed);
@@ -160,7 +215,9 @@ fn join(
                 Ok(a)
             },
         )?;
-    refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
+    if !is_share {
+        refuse::without_buildings(tiles, &harvest.counts, &roles, options)?;
+    }
 
     let rectangles = coverage::seamless(&harvest.extents, crs.metres_per_unit);
     let mut gathered: Vec<Vec<[f64; 3]>> =
@@ -172,7 +229,7 @@ fn join(
     });
     // A building without points stands on its ground, too, where the height of its roof is stated.
     let is_asked = |index: usize| used[index] > 0 || options.roof_height_attribute.is_some();
-    let stated = ground::read_stated(&footprints, &all, crs, is_asked, options)?;
+    let stated = ground::read_stated(&footprints, &all, crs, is_asked, options, is_share)?;
     let grounds = ground::estimate(&all, &harvest.ground, &harvest.lows, &gathered, &stated, meaning, options);
     let roofs = roof_height::stated(&footprints, &all, &grounds, options);
     let inner: Vec<_> = (0..footprints.len()).map(|index| harvest.inner_ground.remove(&index)).collect();
@@ -225,13 +282,13 @@ fn join(
         let mut own_notes = footprint.notes;
         own_notes.extend(stated.notes.get(&index).cloned());
         // Of an object more is known once its planes are found.
-        own_notes.extend(sites.last().filter(|_| meaning == Meaning::Outlines).and_then(ground::guess));
+        own_notes.extend(sites.last().filter(|_| meaning.is_outline()).and_then(ground::guess));
         notes.push(own_notes);
     }
     let warnings = [
         unused::absent(&counts, options),
         unused::warning(&used, &harvest.unused, options),
-        ground::guesses(&sites, options).filter(|_| meaning == Meaning::Outlines),
+        ground::guesses(&sites, options).filter(|_| meaning.is_outline()),
     ];
     let warnings = stated.warnings.into_iter().chain(warnings.into_iter().flatten()).collect();
     let mut problems = harvest.problems;

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 /// the scale and offset of the tile that it comes from.
 const STEPS_PER_UNIT: f64 = 1e6;
 /// Side of the squares for which the footprints near them are looked up once, metres.
-const SQUARE: f64 = 8.0;
+pub(super) const SQUARE: f64 = 8.0;
 
 /// The nearest multiple of the rounding step; adding zero turns −0 into 0.
 pub(super) fn snap(value: f64) -> f64 {
@@ -101,8 +101,18 @@ impl Neighbourhood {
         self.prepared[index].get_or_init(|| Box::new(PreparedPolygon::new(&self.polygons[index])))
     }
 
-    /// Whether something is wanted of the rectangle.
+    /// Whether something is wanted of the rectangle, or of a square that it reaches into. Points are taken by squares: if a
+    /// tile were asked more narrowly, what is kept of a square would hang on where tiles end.
     pub fn is_wanted(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let side = self.square;
+        // A step of slack: points are snapped before their square is looked up.
+        let first = |axis: usize| ((low[axis] - 2.0 / STEPS_PER_UNIT) / side[axis]).floor() * side[axis];
+        let last = |axis: usize| ((high[axis] + 2.0 / STEPS_PER_UNIT) / side[axis]).floor() * side[axis] + side[axis];
+        self.is_in_reach([first(0), first(1)], [last(0), last(1)])
+    }
+
+    /// Whether something is wanted of the rectangle itself.
+    fn is_in_reach(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let envelope = AABB::from_corners(
             [low[0] - self.reach[0], low[1] - self.reach[1]],
             [high[0] + self.reach[0], high[1] + self.reach[1]],
@@ -164,7 +174,7 @@ impl Lookup<'_> {
             self.square = square;
             let low = [0, 1].map(|axis| square[axis] as f64 * side[axis]);
             let high = [0, 1].map(|axis| low[axis] + side[axis]);
-            self.wanted = self.all.is_wanted(low, high);
+            self.wanted = self.all.is_in_reach(low, high);
             self.inside.clear();
             let touching = self.all.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
             self.inside.extend(touching.map(|found| found.data));

@@ -68,7 +68,7 @@ pub(super) fn look(
     heights.sort_unstable_by(f64::total_cmp);
     let middle = percentile(&heights, 50.0);
     let others = points_around(index, all, &lows.others, options.ring_width);
-    let has_walls = meaning == Meaning::Outlines;
+    let has_walls = meaning.is_outline();
     let beside = if has_walls { points_around(index, all, &lows.building, BESIDE) } else { Vec::new() };
     let feet = feet::of(all.prepared(index), points, &beside).filter(|_| has_walls);
     let open = from_lowest(&all.polygons[index], &others, options)

@@ -13,7 +13,7 @@
 mod around;
 mod feet;
 mod fit;
-mod neighbours;
+pub(super) mod neighbours;
 mod outline;
 mod stated;
 mod surface;
@@ -22,7 +22,7 @@ use around::Around;
 use geo::Centroid;
 use neighbours::{Known, Neighbours};
 use rayon::prelude::*;
-pub(super) use stated::{Stated, number, read as read_stated};
+pub(super) use stated::{Stated, number, read as read_stated, refuse_unknown};
 
 use super::Meaning;
 use super::neighbourhood::{Neighbourhood, to_local};

@@ -3,10 +3,11 @@
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
+use super::super::lexicographic;
 use super::fit::{Fit, Shape, sigma};
 
 /// Neighbours farther than this say nothing, metres between the middles.
-const REACH: f64 = 100.0;
+pub(in crate::segment) const REACH: f64 = 100.0;
 /// So many of the nearest are asked …
 const MOST: usize = 16;
 /// … and fewer than these say nothing.
@@ -33,10 +34,12 @@ impl Neighbours {
     /// below 8 of them), and the standard deviation about it; `None` where fewer than three are there, or where they
     /// contradict each other.
     pub fn at(&self, place: [f64; 2]) -> Option<(f64, f64)> {
-        let near = self.0.nearest_neighbor_iter_with_distance_2(&place);
-        let near = near.take_while(|(_, squared)| *squared <= REACH * REACH).take(MOST);
-        let floors: Vec<([f64; 3], f64)> =
-            near.map(|(floor, _)| ([floor.geom()[0], floor.geom()[1], floor.data], 1.0)).collect();
+        let squared = |p: &[f64; 3]| (p[0] - place[0]).powi(2) + (p[1] - place[1]).powi(2);
+        let near = self.0.locate_within_distance(place, REACH * REACH);
+        let mut near: Vec<[f64; 3]> = near.map(|floor| [floor.geom()[0], floor.geom()[1], floor.data]).collect();
+        // Of those that are equally near, which ones come first must not hang on who else is in the tree.
+        near.sort_unstable_by(|a, b| squared(a).total_cmp(&squared(b)).then_with(|| lexicographic(a, b)));
+        let floors: Vec<([f64; 3], f64)> = near.into_iter().take(MOST).map(|floor| (floor, 1.0)).collect();
         if floors.len() < FEWEST {
             return None;
         }

@@ -64,18 +64,30 @@ pub(in crate::segment) fn read(
     crs: &Crs,
     wanted: impl Fn(usize) -> bool,
     options: &SegmentOptions,
+    is_share: bool,
 ) -> Result<Stated> {
     let mut stated = Stated::default();
     if let Some(name) = &options.ground_attribute {
-        by_attribute(name, footprints, all, &mut stated)?;
+        if !is_share {
+            refuse_unknown(name, footprints)?;
+        }
+        by_attribute(name, footprints, all, &mut stated);
     }
     if let Some(path) = &options.dtm {
-        by_terrain(path, all, crs, wanted, &mut stated)?;
+        let without = by_terrain(path, all, crs, wanted, &mut stated)?;
+        match without {
+            Some(fault) if !is_share => return Err(fault.into()),
+            _ => {}
+        }
     }
     Ok(stated)
 }
 
-fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, stated: &mut Stated) -> Result<()> {
+/// Refuses an attribute of floors that no footprint has.
+///
+/// # Errors
+/// The attributes that there are.
+pub(in crate::segment) fn refuse_unknown(name: &str, footprints: &[Footprint]) -> Result<()> {
     if !footprints.iter().any(|footprint| footprint.attributes.contains_key(name)) {
         let mut names: Vec<&str> =
             footprints.iter().flat_map(|footprint| footprint.attributes.keys()).map(String::as_str).collect();
@@ -90,6 +102,10 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
         let fault = InputError::new("footprints", format!("no attribute {name:?}"), expected);
         return Err(fault.remedy("Name another one with --ground-attribute, or leave it out").into());
     }
+    Ok(())
+}
+
+fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, stated: &mut Stated) {
     for (index, footprint) in footprints.iter().enumerate() {
         let value = footprint.attributes.get(name);
         if let Some(height) = value.and_then(number) {
@@ -106,7 +122,6 @@ fn by_attribute(name: &str, footprints: &[Footprint], all: &Neighbourhood, state
             "{without} of {total} footprints have no number in {name:?} (--ground-attribute): their floors come from elsewhere"
         ));
     }
-    Ok(())
 }
 
 /// A number that may be a height, or a text that is one.
@@ -119,13 +134,14 @@ pub(in crate::segment) fn number(value: &Value) -> Option<f64> {
     number.filter(|number: &f64| number.abs() <= HIGHEST)
 }
 
+/// Asks the terrain model; what is to be said where it has no height at all.
 fn by_terrain(
     path: &Path,
     all: &Neighbourhood,
     crs: &Crs,
     wanted: impl Fn(usize) -> bool,
     stated: &mut Stated,
-) -> Result<()> {
+) -> Result<Option<InputError>> {
     let mut order: Vec<(usize, [f64; 2], [i64; 2])> = (0..all.frames.len())
         .filter(|index| wanted(*index) && !stated.attributes.contains_key(index))
         .filter_map(|index| {
@@ -139,7 +155,7 @@ fn by_terrain(
         [x0.min(*x), y0.min(*y), x1.max(*x), y1.max(*y)]
     });
     if order.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let mut terrain = Mosaic::open(path, crs, bounds)?;
     stated.warnings.extend_from_slice(terrain.warnings());
@@ -170,16 +186,16 @@ fn by_terrain(
         }
     }
     let total = order.len();
-    if without == total {
-        let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());
-        let fault = InputError::new(path, found, "a terrain model that covers the footprints");
-        return Err(fault.remedy("Check its CRS, or leave --dtm out").into());
-    }
     if without > 0 {
         stated.warnings.push(format!(
             "{}: it has no height at {without} of {total} footprints; their floors come from elsewhere",
             path.display()
         ));
     }
-    Ok(())
+    if without < total {
+        return Ok(None);
+    }
+    let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());
+    let fault = InputError::new(path, found, "a terrain model that covers the footprints");
+    Ok(Some(fault.remedy("Check its CRS, or leave --dtm out")))
 }

@@ -103,6 +103,11 @@ impl Tile {
                 self.stream_cloud(cloud, &mut out)?;
                 return Ok(reading);
             }
+            Origin::Elsewhere => {
+                out.reading.expected = 0;
+                out.reading.passed_over = layout.points;
+                return Ok(reading);
+            }
         }
         let file = File::open(&self.path).map_err(|e| Error::io(&self.path, "open", e))?;
         let mut file = BufReader::with_capacity(1 << 16, file);
