@@ -352,7 +352,7 @@ fn boxed(mut sites: Vec<Site>, mut notes: Vec<Vec<String>>, has_stand_ins: bool)
 }
 
 /// Segmentation knows footprints, not their file: a fault of theirs gets its name and the CRS that it came in.
-fn name_the_footprints(error: Error, plan: &Plan) -> Error {
+pub(super) fn name_the_footprints(error: Error, plan: &Plan) -> Error {
     match (error, &plan.inputs.footprints) {
         (Error::Input(mut fault), Some(report)) if fault.file == Path::new("footprints") => {
             fault.file = PathBuf::from(&report.file);

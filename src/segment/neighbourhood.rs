@@ -182,3 +182,26 @@ impl Lookup<'_> {
         self.wanted.then_some(self.inside.as_slice())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rectangle_is_wanted_where_it_reaches_into_a_square_of_which_anything_is() {
+        let square = geo::wkt!(MULTIPOLYGON(((0. 0., 10. 0., 10. 10., 0. 10., 0. 0.))));
+        let footprint = Footprint {
+            id: String::new(),
+            polygon: square,
+            roofprint: None,
+            attributes: serde_json::Map::new(),
+            notes: Vec::new(),
+        };
+        let all = Neighbourhood::new(&[footprint], &Crs::local(), 3.0);
+        // Points at x = 14 are taken, for the square from 8 to 16 is: so must be a tile that begins there.
+        assert!(all.lookup().near([14.5, 2.0, 0.0]).is_some());
+        assert!(all.is_wanted([14.0, 0.0], [15.0, 5.0]));
+        assert!(all.lookup().near([16.5, 2.0, 0.0]).is_none());
+        assert!(!all.is_wanted([16.1, 0.0], [20.0, 5.0]));
+    }
+}

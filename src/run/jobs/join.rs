@@ -1,5 +1,6 @@
 //! Joining the parts of all jobs into one model and one report, building by building.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -245,6 +246,10 @@ impl<'a> Origins<'a> {
 /// What the reports of the jobs come to: what came in, what each cost, and their warnings.
 fn of_jobs(plan: &JobPlan, shelf: &Shelf) -> Result<(report::Inputs, Vec<JobReport>, Vec<String>)> {
     let mut inputs = plan.inputs.clone();
+    // The plan's tiles are those of the report that could be opened, in their order.
+    let opened = inputs.tiles.iter().enumerate().filter(|(_, tile)| !tile.left_out).map(|(index, _)| index);
+    let names = plan.tiles.iter().map(|tile| tile.path.display().to_string());
+    let of_tile: HashMap<String, usize> = names.zip(opened).collect();
     let mut jobs = Vec::with_capacity(plan.jobs.len());
     let mut warnings = Vec::new();
     for ((job, path), planned) in shelf.reports().zip(&plan.jobs) {
@@ -255,7 +260,7 @@ fn of_jobs(plan: &JobPlan, shelf: &Shelf) -> Result<(report::Inputs, Vec<JobRepo
         })?;
         inputs.points.add(&own.inputs.points);
         for tile in own.inputs.tiles {
-            let Some(report) = inputs.tiles.iter_mut().find(|report| is_of(&report.file, &tile.file)) else { continue };
+            let Some(report) = of_tile.get(&tile.file).and_then(|&index| inputs.tiles.get_mut(index)) else { continue };
             report.missing_points = report.missing_points.max(tile.missing_points);
             for problem in tile.problems {
                 if !report.problems.contains(&problem) {
@@ -274,13 +279,6 @@ fn of_jobs(plan: &JobPlan, shelf: &Shelf) -> Result<(report::Inputs, Vec<JobRepo
         });
     }
     Ok((inputs, jobs, warnings))
-}
-
-/// Whether a tile that the plan names is the one that a job read, which knows it by its absolute path.
-fn is_of(planned: &str, read: &str) -> bool {
-    planned == read
-        || Path::new(read).ends_with(Path::new(planned))
-        || std::path::absolute(planned).is_ok_and(|p| p == Path::new(read))
 }
 
 /// As one run refuses tiles in which the classes that were asked for do not occur.

@@ -32,7 +32,8 @@ pub fn make(job: &Job, split: Split, folder: &PlanFolder, overwrite: bool, obser
     // A network that cannot be loaded is better told now than by every job.
     job.field.load()?;
     let mut run = plan::plan(job, &mut journal)?;
-    segment::refuse(&run.tiles, &run.footprints, &run.crs, &run.segmentation)?;
+    segment::refuse(&run.tiles, &run.footprints, &run.crs, &run.segmentation)
+        .map_err(|fault| plan::name_the_footprints(fault, &run))?;
     refuse_terrain_model(&run)?;
     folder.prepare(overwrite)?;
 

@@ -66,6 +66,15 @@ mod tests {
         assert!((height - slope(30.0, 25.0)).abs() < 0.02 && spread < 0.05, "{height} {spread}");
         let neighbours = Neighbours::new(known.split_off(10));
         assert_eq!((neighbours.at([30.0, 25.0]), neighbours.at([900.0, 0.0])), (None, None));
+        // Twenty that are equally near, of which sixteen are asked: the same ones whoever else is known farther away.
+        let ring = |i: u32| {
+            let angle = f64::from(i % 4) * std::f64::consts::FRAC_PI_2;
+            ([(30.0 * angle.cos()).round(), (30.0 * angle.sin()).round()], f64::from(i) * 0.01)
+        };
+        let near: Vec<Known> = (0..20).map(ring).collect();
+        let far = (0..500).map(|i| ([f64::from(i % 25) * 9.0 + 200.0, f64::from(i / 25) * 9.0], 3.0));
+        let many: Vec<Known> = far.chain(near.iter().rev().copied()).collect();
+        assert_eq!(Neighbours::new(near).at([0.0; 2]), Neighbours::new(many).at([0.0; 2]));
         let uneven = vec![([0.0; 2], 0.0), ([9.0, 0.0], 5.0), ([0.0, 9.0], 12.0)];
         assert_eq!(Neighbours::new(uneven).at([1.0; 2]), None);
     }
