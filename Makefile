@@ -6,6 +6,7 @@
 # make pdal         the plugin for PDAL, and the same pipelines in both (says so where there is no PDAL; PDAL_DIR names one)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
 # make python       the Python package: a wheel in out/wheels, tested in an environment of its own
+# make cluster      a run in several jobs on Dask, Ray, Snakemake and others, with workers killed in the middle
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
 # make site         the documentation, in out/site
 # make release      the archive of a release, with checksums, in out/release
@@ -16,7 +17,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test faults postgis remote pdal platforms python loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test faults postgis remote pdal platforms python cluster loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -58,6 +59,10 @@ platforms: setup
 # Says that it was skipped, and why, where there is no Python 3.10 or no package index.
 python: setup
 	bash scripts/test-python.sh
+
+# Says that it was skipped, and why, where there is no Python 3.10 or no package index.
+cluster: setup
+	bash scripts/test-cluster.sh
 
 # From virtual scans to a network to a city model, in small: about five minutes, two of them training.
 loop: setup

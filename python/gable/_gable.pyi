@@ -49,3 +49,20 @@ def meshes(model: _Path, lod: str | None, listener: _Listener) -> tuple[list[_Ar
 def pipeline(
     text: str, name: str, overrides: list[str], listener: _Listener
 ) -> tuple[str, list[tuple[str, str]], int]: ...
+def plan(
+    options: str,
+    crs: str | None,
+    output: _Path,
+    jobs: int | None,
+    job_size: int | None,
+    overwrite: bool,
+    listener: _Listener,
+) -> str: ...
+def read_plan(plan: _Path) -> str: ...
+def missing_jobs(plan: _Path, parts: list[str]) -> list[int]: ...
+def do_job(
+    plan: _Path, job: int, parts: _Path | None, threads: int | None, overwrite: bool, listener: _Listener
+) -> str | None: ...
+def merge_parts(
+    plan: _Path, parts: list[str], output: _Path, report: _Path | None, overwrite: bool, listener: _Listener
+) -> tuple[str, str]: ...

@@ -142,6 +142,7 @@ fn buildings(model: &Path, heed: &mut dyn FnMut()) -> Result<Vec<String>> {
     Ok(ids)
 }
 
-fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|e| exception(py, &Error::io("the report", "write", e.into())))
+/// A value as JSON.
+pub fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(|e| exception(py, &Error::io("the answer", "write", e.into())))
 }

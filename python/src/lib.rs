@@ -7,6 +7,7 @@
 
 mod errors;
 mod files;
+mod jobs;
 mod meshes;
 mod pipeline;
 mod points;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 mod _gable {
     #[pymodule_export]
     use super::files::{convert, copy, evaluate, ids, page, validate};
+    #[pymodule_export]
+    use super::jobs::{do_job, merge_parts, missing_jobs, plan, read_plan};
     #[pymodule_export]
     use super::meshes::meshes;
     #[pymodule_export]

@@ -36,11 +36,12 @@ pub enum GableStage {
 impl From<Stage> for GableStage {
     fn from(stage: Stage) -> Self {
         match stage {
-            Stage::Read => Self::Read,
+            // One run has no stages of plans: nobody is told these two.
+            Stage::Read | Stage::Plan => Self::Read,
             Stage::Segment => Self::Segment,
             Stage::Reconstruct => Self::Reconstruct,
             Stage::Crop => Self::Crop,
-            Stage::Finish => Self::Finish,
+            Stage::Finish | Stage::Merge => Self::Finish,
             Stage::Terrain => Self::Terrain,
         }
     }

@@ -1,4 +1,4 @@
-//! Options of `gable reconstruct`, and of `gable explain`, from a file and from presets.
+//! Options of `gable reconstruct`, of `gable explain` and of `gable plan`, from a file and from presets.
 //!
 //! A configuration is TOML with the names of the options. What is given on the command line goes before it, and it before
 //! the preset; all become words of the command line, so that one grammar reads them.
@@ -54,9 +54,9 @@ impl Preset {
 }
 
 /// The commands that take a configuration: it is written for the first, and the others take of it what they have.
-const COMMANDS: [&str; 2] = ["reconstruct", "explain"];
-/// What a configuration says of the model is not meant for a page.
-const OF_MODEL: [&str; 2] = ["output", "overwrite"];
+const COMMANDS: [&str; 3] = ["reconstruct", "explain", "plan"];
+/// What a configuration says of the model and of one process is not meant for a page nor for a plan.
+const OF_MODEL: [&str; 3] = ["output", "overwrite", "jobs"];
 
 /// The words of the command line with those of its configuration and its preset; `command` is the grammar.
 ///

@@ -1,4 +1,4 @@
-//! `gable convert` and `gable merge`: city models from format to format, and several into one.
+//! `gable convert`: city models from format to format.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,6 @@ use super::Outcome;
 use super::output::{counted, print, say};
 use super::reading::{ReadingProgress, file_size};
 use crate::convert::{Conversion, Pass, convert};
-use crate::error::InputError;
 use crate::sink::is_stream;
 use crate::source::cityjson;
 
@@ -32,22 +31,6 @@ Exit codes:
   0  done
   1  nothing could be done, or bad usage";
 
-const MERGE_EXAMPLES: &str = "\
-Examples:
-  The tiles of a city into one file:
-    gable merge out/*.city.jsonl -o city.city.jsonl
-  Straight to 3D Tiles:
-    gable merge west.city.json east.city.json -o city.3dtiles
-
-Ids stay unique. Two features of one id whose boxes overlap are the same building, on the border of
-two tiles say: the better one is kept, which is the one with the higher level of detail, then with the
-larger gable_coverage, then with more gable_points, then the first. If the boxes do not overlap they
-are different buildings: both are kept, and the later one gets another id. All files must be in one CRS.
-
-Exit codes:
-  0  done
-  1  nothing could be done, or bad usage";
-
 /// What `gable convert` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -61,37 +44,24 @@ pub struct Args {
     target: Target,
 }
 
-/// What `gable merge` takes.
-#[derive(Debug, clap::Args)]
-#[command(after_help = MERGE_EXAMPLES)]
-pub struct MergeArgs {
-    /// CityJSON (1.0 to 2.0) or CityJSONSeq files, folders of .city.json and .city.jsonl, or glob patterns; `-` for standard
-    /// input
-    #[arg(required = true, num_args = 1.., value_name = "FILE")]
-    files: Vec<PathBuf>,
-
-    #[command(flatten)]
-    target: Target,
-}
-
 /// Where it goes, and what of it.
 #[derive(Debug, clap::Args)]
-struct Target {
+pub(super) struct Target {
     /// The output: .city.json, .city.jsonl, .3dtiles (a folder), .gpkg or .obj; `-` for CityJSONSeq to standard output
     #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
 
     /// Replace what exists
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
 
     /// CRS of the files, such as EPSG:7415; goes before what they say
     #[arg(long, value_name = "CRS")]
-    crs: Option<String>,
+    pub(super) crs: Option<String>,
 
     /// Only these levels of detail, such as 2.2 or 0,1.2
     #[arg(long, value_name = "LOD", value_delimiter = ',')]
-    lod: Vec<String>,
+    pub(super) lod: Vec<String>,
 }
 
 /// Converts files.
@@ -102,20 +72,11 @@ pub fn main(args: Args) -> Outcome {
     run("convert", cityjson::expand(&args.files)?, args.target)
 }
 
-/// Joins files.
+/// Reads `inputs` and writes them as one model; `label` is what the progress calls it.
 ///
 /// # Errors
 /// See [`convert`].
-pub fn merge(args: MergeArgs) -> Outcome {
-    let files = cityjson::expand(&args.files)?;
-    if let [one] = &files[..] {
-        let fault = InputError::new(one, "one city model", "two or more");
-        return Err(fault.remedy("`gable convert` writes one in another format").into());
-    }
-    run("merge", files, args.target)
-}
-
-fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
+pub(super) fn run(label: &'static str, inputs: Vec<PathBuf>, target: Target) -> Outcome {
     // They are read once for their ids and once to be written.
     let size = inputs.iter().map(|path| file_size(path)).sum::<u64>() * 2;
     let Target { output, overwrite, crs, lod } = target;

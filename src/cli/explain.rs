@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use super::making::MakingArgs;
+use super::making::{MakingArgs, ThreadArgs};
 use super::output::{print, say, thousands};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt};
@@ -43,6 +43,9 @@ pub struct Args {
     #[command(flatten)]
     making: MakingArgs,
 
+    #[command(flatten)]
+    threads: ThreadArgs,
+
     /// The building: its id, as it stands in the footprints and in the model
     #[arg(long, value_name = "ID", allow_hyphen_values = true)]
     id: String,
@@ -69,14 +72,14 @@ const INCOMPLETE: u8 = 2;
 /// As [`chosen`] and [`explain`]; the page cannot be written, or its name is that of another kind of file.
 pub fn main(args: Args) -> Outcome {
     interrupt::listen();
-    let Args { making, id, output, overwrite, quiet } = args;
+    let Args { making, threads, id, output, overwrite, quiet } = args;
     let verbosity = if quiet { Verbosity::Quiet } else { Verbosity::Normal };
     let is_page = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
     if !is_page && !output.is_dir() {
         let fault = InputError::new(&output, "another extension than that of a page", "PAGE.html");
         return Err(fault.remedy("Give the name of an HTML file with -o").into());
     }
-    let job = making.into_job()?;
+    let job = Job { threads: threads.jobs, ..making.into_job()? };
     job.refuse_contradictions()?;
     prepare(&output, overwrite)?;
     let contents = write(&job, &id, &output, verbosity)?;

@@ -67,10 +67,6 @@ pub struct MakingArgs {
     #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
     cloud: Vec<CloudSource>,
 
-    /// Number of threads [default: one per processor]
-    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true, help_heading = RUN)]
-    jobs: Option<NonZeroUsize>,
-
     // Spelt out before this grammar reads the words; see there.
     #[command(flatten)]
     _config: ConfigArgs,
@@ -83,6 +79,14 @@ pub struct MakingArgs {
 
     #[command(flatten)]
     parameters: Flags<Parameters>,
+}
+
+/// On how many threads.
+#[derive(Debug, clap::Args)]
+pub struct ThreadArgs {
+    /// Number of threads [default: one per processor]
+    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true, help_heading = RUN)]
+    pub(super) jobs: Option<NonZeroUsize>,
 }
 
 impl MakingArgs {
@@ -105,7 +109,6 @@ impl MakingArgs {
             roofprints,
             crs: self.crs,
             placement: Placement::given(self.unit, self.up_axis),
-            threads: self.jobs,
             segmentation: SegmentOptions {
                 building_classes: self.building_class,
                 ground_classes: self.ground_class,

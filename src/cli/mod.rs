@@ -17,12 +17,15 @@ mod held_out;
 mod info;
 mod interrupt;
 mod making;
+mod merge;
 pub mod options;
 mod outlines;
 mod output;
 #[cfg(feature = "pipelines")]
 mod pipeline;
 mod placement;
+mod plan;
+mod planned;
 mod progress;
 mod reading;
 mod reconstruct;
@@ -40,7 +43,7 @@ mod view;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
 
@@ -67,6 +70,10 @@ Examples:
     gable convert city.city.json -o city.gpkg
   What does it look like, and where is it at fault?
     gable view city.city.json --points tiles/*.laz
+  A whole country, job by job on many machines:
+    gable plan tiles/ -f footprints.gpkg --jobs 500 -o plan/
+    gable reconstruct --plan plan/ --job 0
+    gable merge --plan plan/ -o country.city.jsonl
   How was this building made?
     gable explain tiles/*.laz --footprints footprints.gpkg --id b17 -o b17.html
 
@@ -94,6 +101,8 @@ struct Cli {
 enum Command {
     /// Reconstruct the buildings of footprints from airborne points
     Reconstruct(Box<reconstruct::Args>),
+    /// Divide a run into jobs for many machines
+    Plan(Box<plan::Args>),
     /// Run a pipeline in PDAL's grammar
     #[cfg(feature = "pipelines")]
     Pipeline(pipeline::Args),
@@ -109,8 +118,8 @@ enum Command {
     Validate(validate::Args),
     /// Write a city model in another format: CityJSON, CityJSONSeq, 3D Tiles, GeoPackage or OBJ
     Convert(convert::Args),
-    /// Join the city models of several tiles into one
-    Merge(convert::MergeArgs),
+    /// Join the city models of several tiles, or the parts of the jobs of a plan, into one
+    Merge(merge::Args),
     /// Write a page to look at a city model in: one HTML file, with the points and the faults
     View(view::Args),
     /// Write a page that shows how one building is made, step by step
@@ -136,12 +145,14 @@ pub fn main() -> ExitCode {
             return ExitCode::from(FAILURE);
         }
     };
-    let cli = match Cli::try_parse_from(&words) {
+    let matches = Cli::command().try_get_matches_from(&words).and_then(planned::refuse_others);
+    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(message) => return usage::tell(&words, &message),
     };
     let outcome = match cli.command {
         Command::Reconstruct(args) => reconstruct::main(*args),
+        Command::Plan(args) => plan::main(*args),
         #[cfg(feature = "pipelines")]
         Command::Pipeline(args) => pipeline::main(&args),
         #[cfg(feature = "pipelines")]
@@ -150,7 +161,7 @@ pub fn main() -> ExitCode {
         Command::Evaluate(args) => evaluate::main(&args),
         Command::Validate(args) => validate::main(&args),
         Command::Convert(args) => convert::main(args),
-        Command::Merge(args) => convert::merge(args),
+        Command::Merge(args) => merge::main(args),
         Command::View(args) => view::main(&args),
         Command::Explain(args) => explain::main(*args),
         Command::Simulate(args) => simulate::main(&args),

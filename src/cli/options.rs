@@ -29,10 +29,14 @@ pub(super) struct Grammar {
     arguments: &'static str,
 }
 
-pub(super) const RECONSTRUCT: Grammar =
-    Grammar { name: "reconstruct", others: &["quiet", "verbose", "view", "config"], arguments: "tiles" };
+pub(super) const RECONSTRUCT: Grammar = Grammar {
+    name: "reconstruct",
+    others: &["quiet", "verbose", "view", "config", "plan", "job", "parts"],
+    arguments: "tiles",
+};
 /// As options of a configuration, which stands for a command line.
-pub(super) const CONFIGURATION: Grammar = Grammar { name: "reconstruct", others: &["config"], arguments: "tiles" };
+pub(super) const CONFIGURATION: Grammar =
+    Grammar { name: "reconstruct", others: &["config", "plan", "job", "parts"], arguments: "tiles" };
 const VALIDATE: Grammar = Grammar { name: "validate", others: &["strict", "list", "json"], arguments: "" };
 const EVALUATE: Grammar = Grammar {
     name: "evaluate",

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use super::attributes::AttributeArgs;
 use super::flags::Flags;
-use super::making::{MakingArgs, POINTS, RUN};
+use super::making::{MakingArgs, POINTS, RUN, ThreadArgs};
 use super::output::{print, say};
+use super::planned::{self, PlannedArgs};
 use super::progress::{Progress, Verbosity};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
@@ -43,6 +44,8 @@ Examples:
   A part of a city, a file for each tile, with attributes called `b_height_ridge`:
     gable reconstruct tiles/ -f buildings.gpkg --box 84900,447400,85100,447600 \\
       --attribute-prefix b_ -o 'out/{tile}.city.json'
+  One job of a plan that `gable plan` made, on this machine:
+    gable reconstruct --plan plan/ --job 7
 
 The output:
   The extension chooses the format: .city.json (CityJSON), .city.jsonl (CityJSONSeq),
@@ -55,27 +58,36 @@ The output:
   writes what is done; nothing appears under its name before it is whole. A run that was
   killed leaves what it has done in OUT.partial: the same command with --resume goes on. An
   object (s3://, az://, gs://) appears when it is whole; its OUT.partial is a folder here.
+  A job of a plan leaves its part in PLAN/parts; `gable merge --plan` joins them. Done again it
+  does nothing; killed, the same command goes on.
 
 Exit codes:
   0  every footprint that holds points has a model
   1  nothing could be done, or bad usage
-  2  finished, but some buildings lack a model or some tiles could not be read";
+  2  finished, but some buildings lack a model or some tiles could not be read
+  With --plan 0 once the part is there, whatever became of its buildings, else 1";
 
 /// The heading of the options that stand here; those of the other files have theirs there.
 const OUTPUT: &str = "Output";
 
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("tiles", |tiles| tiles.required_unless_present("plan")))]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub struct Args {
     #[command(flatten)]
     making: MakingArgs,
 
+    #[command(flatten)]
+    threads: ThreadArgs,
+
+    #[command(flatten)]
+    planned: PlannedArgs,
+
     /// The model: a file (.city.json, .city.jsonl, .gpkg, .obj), a tileset (.3dtiles), a folder, or `-` for CityJSONSeq to
     /// standard output; with {tile} or {id} in its name a file for each tile or building
-    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
-    output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "plan", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
 
     /// Title of the model [default: the name of the file of footprints]
     #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
@@ -156,6 +168,9 @@ pub fn main(args: Args) -> Outcome {
         (false, false) => Verbosity::Normal,
     };
     interrupt::listen();
+    if let Some(run) = args.planned.run(args.threads.jobs, args.overwrite) {
+        return planned::main(&run, verbosity);
+    }
     let with_page = args.view;
     let crops = args.crop_only;
     let job = args.into_job()?;
@@ -200,7 +215,8 @@ impl Args {
         let job = self.making.into_job()?;
         let parameters = Parameters { lod: levels, ..job.parameters };
         let job = Job {
-            output: self.output,
+            output: self.output.unwrap_or_default(),
+            threads: self.threads.jobs,
             crop_only: self.crop_only,
             title: self.title,
             translation: self.translation,

@@ -84,21 +84,24 @@ impl Counts {
     /// Counts buildings.
     pub fn of<'a>(buildings: impl IntoIterator<Item = &'a Extents>) -> Self {
         let mut counts = Self::default();
-        for building in buildings {
-            counts.buildings += 1;
-            for (count, extent) in [
-                (&mut counts.missing, building.missing),
-                (&mut counts.excess, building.excess),
-                (&mut counts.roofed_ground, building.roofed_ground),
-            ] {
-                let [of_4, of_10, of_25] = SIZES.map(|size| usize::from(extent.largest >= size));
-                count.from_4 += of_4;
-                count.from_10 += of_10;
-                count.from_25 += of_25;
-                count.area += extent.area;
-            }
-        }
+        buildings.into_iter().for_each(|building| counts.add(building));
         counts
+    }
+
+    /// Counts one more building.
+    pub fn add(&mut self, building: &Extents) {
+        self.buildings += 1;
+        for (count, extent) in [
+            (&mut self.missing, building.missing),
+            (&mut self.excess, building.excess),
+            (&mut self.roofed_ground, building.roofed_ground),
+        ] {
+            let [of_4, of_10, of_25] = SIZES.map(|size| usize::from(extent.largest >= size));
+            count.from_4 += of_4;
+            count.from_10 += of_10;
+            count.from_25 += of_25;
+            count.area += extent.area;
+        }
     }
 }
 

@@ -6,13 +6,15 @@
 mod building;
 mod clock;
 mod counts;
+mod jobs;
 mod quality;
+mod spool;
 mod terrain;
 
 use std::path::Path;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::network::FieldOptions;
@@ -24,7 +26,9 @@ use crate::sink::write_json;
 pub use building::BuildingReport;
 pub use clock::{Scope, Stopwatch, now, peak_memory};
 pub use counts::{Counts, Verdict};
-pub use quality::{Percentiles, Quality, Revised};
+pub use jobs::JobReport;
+pub use quality::{Percentiles, Quality, QualityTally, Revised};
+pub use spool::Spool;
 pub use terrain::TerrainReport;
 
 /// The report of a run.
@@ -68,6 +72,9 @@ pub struct Report {
     pub threads: usize,
     /// Most memory that the process held, in bytes; where the system tells.
     pub peak_memory_bytes: Option<u64>,
+    /// What each job cost, where the run was done in several: the times above are those of joining them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jobs: Option<Vec<JobReport>>,
     /// The files that were written: those of the model, then the report.
     pub outputs: Vec<String>,
     /// What the user should know about the run as a whole.
@@ -77,7 +84,7 @@ pub struct Report {
 }
 
 /// A coordinate reference system and where it was taken from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct CrsReport {
     /// Its name.
     pub name: String,
@@ -88,7 +95,7 @@ pub struct CrsReport {
 }
 
 /// Where a coordinate reference system was taken from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CrsSource {
     /// The tiles name it.
@@ -100,7 +107,7 @@ pub enum CrsSource {
 }
 
 /// What came in.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Inputs {
     /// The tiles, in the order in which they were read.
     pub tiles: Vec<TileReport>,
@@ -114,7 +121,7 @@ pub struct Inputs {
 }
 
 /// A tile.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TileReport {
     /// The file.
     pub file: String,
@@ -142,7 +149,7 @@ impl Inputs {
 }
 
 /// The footprint file.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FootprintsReport {
     /// The file.
     pub file: String,

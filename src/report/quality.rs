@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BuildingReport;
+use crate::building::Revision;
 use crate::completeness;
 
 /// How good the models are, over all buildings.
@@ -31,12 +32,10 @@ pub struct Revised {
 }
 
 impl Revised {
-    fn of(buildings: &[BuildingReport]) -> Self {
-        buildings.iter().filter_map(|b| b.revision).fold(Self::default(), |sum, revision| Self {
-            buildings: sum.buildings + 1,
-            before: sum.before + revision.before,
-            after: sum.after + revision.after,
-        })
+    fn add(&mut self, revision: Revision) {
+        self.buildings += 1;
+        self.before += revision.before;
+        self.after += revision.after;
     }
 }
 
@@ -68,11 +67,41 @@ impl Percentiles {
 impl Quality {
     /// The quality of these buildings.
     pub fn of(buildings: &[BuildingReport]) -> Self {
-        Self {
-            rmse_lod22: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod22)),
-            rmse_lod12: Percentiles::of(buildings.iter().filter_map(|b| b.rmse_lod12)),
-            completeness: completeness::Counts::of(buildings.iter().filter_map(|b| b.completeness.as_ref())),
-            revised: Revised::of(buildings),
+        let mut tally = QualityTally::default();
+        buildings.iter().for_each(|building| tally.add(building));
+        tally.quality()
+    }
+}
+
+/// The quality of buildings that come one by one: of each no more is held than its two errors.
+#[derive(Debug, Clone, Default)]
+pub struct QualityTally {
+    rmse_lod22: Vec<f64>,
+    rmse_lod12: Vec<f64>,
+    completeness: completeness::Counts,
+    revised: Revised,
+}
+
+impl QualityTally {
+    /// Takes one more building.
+    pub fn add(&mut self, building: &BuildingReport) {
+        self.rmse_lod22.extend(building.rmse_lod22);
+        self.rmse_lod12.extend(building.rmse_lod12);
+        if let Some(extents) = &building.completeness {
+            self.completeness.add(extents);
+        }
+        if let Some(revision) = building.revision {
+            self.revised.add(revision);
+        }
+    }
+
+    /// The quality of all of them.
+    pub fn quality(self) -> Quality {
+        Quality {
+            rmse_lod22: Percentiles::of(self.rmse_lod22),
+            rmse_lod12: Percentiles::of(self.rmse_lod12),
+            completeness: self.completeness,
+            revised: self.revised,
         }
     }
 }

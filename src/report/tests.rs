@@ -147,6 +147,7 @@ fn report() -> Report {
         cpu_seconds: None,
         threads: 2,
         peak_memory_bytes: peak_memory(),
+        jobs: None,
         outputs: vec![],
         warnings: vec![],
         buildings,

@@ -68,7 +68,7 @@ pub(super) struct Told {
 }
 
 /// Reconstructs all `total` tasks of `supply` on the threads of `pool` with `reconstruct` and hands them to `write` in the order of the
-/// model, on the calling thread.
+/// model, on the calling thread, each with its place in it and what it cost.
 ///
 /// A building whose reconstruction panics is written as its footprint with [`Reason::Internal`] and the place of
 /// the panic. When the observer interrupts, buildings under way are completed and written and the others are counted as
@@ -86,14 +86,14 @@ pub(super) fn reconstruct_all(
     (records, is_safe): (&Records, bool),
     grid_steps: i64,
     reconstruct: impl Fn(&Site) -> Building + Sync,
-    mut write: impl FnMut(&Building) -> Result<()>,
+    mut write: impl FnMut(&Record<&Building>) -> Result<()>,
 ) -> Result<Told> {
     let counts = Counts { footprints: total, ..Counts::default() };
     let mut told = Told { counts, buildings: Vec::with_capacity(total), ..Told::default() };
     let outdated = AtomicUsize::new(0);
-    let mut each = |done: Done| {
-        let Done { building, wall, cpu, resumed, .. } = done;
-        write(&building)?;
+    let mut each = |place: usize, done: Done| {
+        let Done { building, wall, cpu, resumed, inputs, .. } = done;
+        write(&Record { index: place, inputs, wall, cpu, building: &building })?;
         let report = BuildingReport { resumed, ..BuildingReport::new(&building, wall, cpu) };
         told.counts.add(&report);
         observer.event(Event::Building(&report));
@@ -248,7 +248,7 @@ mod tests {
         pool: &ThreadPool,
         observer: &dyn Observer,
         method: impl Fn(&Site) -> Building + Sync,
-        write: impl FnMut(&Building) -> Result<()>,
+        write: impl FnMut(&Record<&Building>) -> Result<()>,
     ) -> Told {
         let (total, records) = (tasks.len(), Records::nameless().unwrap());
         let supply = Supply::collected(tasks);
@@ -265,8 +265,8 @@ mod tests {
     fn buildings_are_written_in_order_and_a_panic_is_one_buildings_fate() {
         for threads in 1..=3 {
             let mut written = Vec::new();
-            let write = |b: &Building| {
-                written.push(b.clone());
+            let write = |record: &Record<&Building>| {
+                written.push(record.building.clone());
                 Ok(())
             };
             let Told { counts, buildings: reports, .. } = made(tasks(20), &pool(threads), &Silent, method, write);
@@ -303,8 +303,8 @@ mod tests {
     #[test]
     fn an_interruption_keeps_what_is_done() {
         let mut written = Vec::new();
-        let write = |b: &Building| {
-            written.push(b.id.clone());
+        let write = |record: &Record<&Building>| {
+            written.push(record.building.id.clone());
             Ok(())
         };
         let observer = Impatient(Mutex::new(0));
@@ -318,8 +318,8 @@ mod tests {
     fn a_feature_that_is_kept_passes_through() {
         let kept = broken(&site(9), 1, "a line".into());
         let mut written = Vec::new();
-        let write = |b: &Building| {
-            written.push((b.id.clone(), b.notes.clone()));
+        let write = |record: &Record<&Building>| {
+            written.push((record.building.id.clone(), record.building.notes.clone()));
             Ok(())
         };
         made(vec![Task::Keep(Box::new(kept))], &pool(1), &Silent, method, write);

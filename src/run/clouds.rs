@@ -65,8 +65,8 @@ pub fn cloud(text: &str) -> Result<CloudSource, String> {
 pub(super) struct Cloud {
     /// Its name and date.
     pub(super) about: PointCloud,
-    priority: i32,
-    building_classes: Option<BuildingClasses>,
+    pub(super) priority: i32,
+    pub(super) building_classes: Option<BuildingClasses>,
     /// The files of its tiles.
     pub(super) paths: Vec<PathBuf>,
 }

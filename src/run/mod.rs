@@ -25,6 +25,7 @@ mod flow;
 mod identity;
 mod indexed;
 mod job;
+pub mod jobs;
 mod journal;
 mod layer;
 mod limit;
@@ -160,7 +161,7 @@ fn run_both(
     if let Some((swept, incomplete)) = done.swept.take() {
         plan.note(swept, (incomplete, done.counts.footprints), &journal);
     }
-    plan::warn_of_emptiness(&plan, &done.counts, &journal);
+    plan::warn_of_emptiness(&plan.inputs.points, &plan.segmentation, &done.counts, &journal);
 
     let quality = Quality::of(&done.buildings);
     let exit_code = if job.crop_only {
@@ -189,6 +190,7 @@ fn run_both(
         cpu_seconds: watch.cpu().map(|time| time.as_secs_f64()),
         threads: pool.current_num_threads(),
         peak_memory_bytes: report::peak_memory(),
+        jobs: None,
         outputs,
         warnings,
         buildings: done.buildings,

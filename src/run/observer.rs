@@ -10,6 +10,8 @@ use crate::report::BuildingReport;
 pub enum Stage {
     /// Opens the tiles, reads the footprints and brings them into the CRS of the tiles.
     Read,
+    /// Divides the footprints into jobs, where a run is to be done in several.
+    Plan,
     /// Streams the points of the tiles to the footprints that they belong to.
     Segment,
     /// Reconstructs the buildings in parallel and writes them as they get done.
@@ -18,6 +20,8 @@ pub enum Stage {
     Terrain,
     /// Writes the points of each building to a file of its own, instead of reconstructing it.
     Crop,
+    /// Joins the parts of the jobs of a run into one model.
+    Merge,
     /// Completes the output file and gives it its name.
     Finish,
 }
@@ -27,10 +31,12 @@ impl Stage {
     pub fn label(self) -> &'static str {
         match self {
             Self::Read => "reading inputs",
+            Self::Plan => "dividing the footprints",
             Self::Segment => "collecting points",
             Self::Reconstruct => "reconstructing",
             Self::Terrain => "making the terrain",
             Self::Crop => "cropping points",
+            Self::Merge => "joining the parts",
             Self::Finish => "finishing the file",
         }
     }
@@ -40,7 +46,8 @@ impl Stage {
         match self {
             Self::Read | Self::Finish => "file",
             Self::Segment | Self::Crop => "point",
-            Self::Reconstruct => "building",
+            Self::Plan => "job",
+            Self::Reconstruct | Self::Merge => "building",
             Self::Terrain => "tile",
         }
     }

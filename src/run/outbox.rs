@@ -48,10 +48,15 @@ impl<'a> Outbox<'a> {
     ///
     /// # Errors
     /// What `each` says, or the records cannot be written or read.
-    pub(super) fn put(&mut self, place: usize, done: Done, each: &mut impl FnMut(Done) -> Result<()>) -> Result<()> {
+    pub(super) fn put(
+        &mut self,
+        place: usize,
+        done: Done,
+        each: &mut impl FnMut(usize, Done) -> Result<()>,
+    ) -> Result<()> {
         if place == self.next {
             self.next += 1;
-            each(done)?;
+            each(place, done)?;
             return self.hand_on(each);
         }
         if self.in_memory < IN_MEMORY {
@@ -71,7 +76,7 @@ impl<'a> Outbox<'a> {
     ///
     /// # Errors
     /// As [`Self::put`].
-    pub(super) fn finish(mut self, each: &mut impl FnMut(Done) -> Result<()>) -> Result<()> {
+    pub(super) fn finish(mut self, each: &mut impl FnMut(usize, Done) -> Result<()>) -> Result<()> {
         while let Some(place) = self.held.keys().next().copied() {
             self.next = place;
             self.hand_on(each)?;
@@ -79,7 +84,7 @@ impl<'a> Outbox<'a> {
         Ok(())
     }
 
-    fn hand_on(&mut self, each: &mut impl FnMut(Done) -> Result<()>) -> Result<()> {
+    fn hand_on(&mut self, each: &mut impl FnMut(usize, Done) -> Result<()>) -> Result<()> {
         while let Some(held) = self.held.remove(&self.next) {
             let place = self.next;
             self.next += 1;
@@ -94,7 +99,7 @@ impl<'a> Outbox<'a> {
                     Done { building, wall, cpu, resumed, inputs, is_kept: true }
                 }
             };
-            each(done)?;
+            each(place, done)?;
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ use super::{checkpoint, classes, clouds, indexed, layer, output, roofprints, ter
 use crate::error::{InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
-use crate::segment::{Meaning, SegmentOptions, Swept};
+use crate::segment::{Meaning, PointCounts, SegmentOptions, Swept};
 use crate::sink::Format;
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
@@ -27,7 +27,7 @@ use crate::terrain::GroundStore;
 pub(super) struct Plan {
     pub tiles: Vec<Tile>,
     /// The clouds that the tiles are of, in the order in which they are looked at.
-    pub(super) clouds: Vec<Cloud>,
+    pub clouds: Vec<Cloud>,
     pub crs: Crs,
     pub crs_report: CrsReport,
     /// The model's file, or what the checkpoint of a model in several files is named after; `None` when only a sink of the
@@ -40,16 +40,20 @@ pub(super) struct Plan {
     /// What the model is of: the name of the footprint file, or of the only tile.
     pub title: String,
     pub inputs: Inputs,
-    pub(super) footprints: Vec<Footprint>,
+    pub footprints: Vec<Footprint>,
     /// Which of the footprints are to be reconstructed; the others are beside them.
-    pub(super) is_wanted: Vec<bool>,
-    pub(super) rejected: Vec<Rejected>,
+    pub is_wanted: Vec<bool>,
+    /// The features without a usable polygon.
+    pub rejected: Vec<Rejected>,
+    /// Whether the footprints are those of one job of several, and the tiles that it does not need are
+    /// [elsewhere](Tile::elsewhere).
+    pub is_share: bool,
     /// Whether this run goes on from one that was killed, and so may replace what that one left.
     pub continues: bool,
     /// Which points belong to a building: what the job says, but for points without classes.
     pub segmentation: SegmentOptions,
     /// Whether the footprints stand in for those that there are not.
-    pub(super) has_stand_ins: bool,
+    pub has_stand_ins: bool,
     /// Where the ground points wait for the terrain; `None` where there is to be none.
     pub ground: Option<Arc<GroundStore>>,
 }
@@ -59,6 +63,7 @@ impl Plan {
     pub(super) fn meaning(&self) -> Meaning {
         let names_buildings = self.tiles.iter().any(|tile| !tile.buildings.is_empty());
         match (self.has_stand_ins, names_buildings) {
+            (false, _) if self.is_share => Meaning::OutlinesOfShare,
             (false, _) => Meaning::Outlines,
             (true, false) => Meaning::Places,
             (true, true) => Meaning::PlacesOfNamed,
@@ -107,6 +112,7 @@ impl Plan {
             footprints: self.footprints.clone(),
             is_wanted: self.is_wanted.clone(),
             rejected: Vec::new(),
+            is_share: self.is_share,
             continues: false,
             segmentation: self.segmentation.clone(),
             has_stand_ins: self.has_stand_ins,
@@ -244,6 +250,7 @@ pub(super) fn plan(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
             footprints,
             is_wanted,
             rejected,
+            is_share: false,
             continues,
             segmentation,
             has_stand_ins,
@@ -290,13 +297,18 @@ fn stem(path: &Path) -> String {
 }
 
 /// Says which classes there are when no footprint holds a point of those that were asked for.
-pub(super) fn warn_of_emptiness(plan: &Plan, counts: &Counts, journal: &Journal<'_>) {
+pub(super) fn warn_of_emptiness(
+    points: &PointCounts,
+    segmentation: &SegmentOptions,
+    counts: &Counts,
+    journal: &Journal<'_>,
+) {
     if counts.with_points > 0 || counts.written == 0 {
         return;
     }
-    let classes = plan.inputs.points.classes.iter();
+    let classes = points.classes.iter();
     let classes: Vec<String> = classes.map(|(&class, n)| format!("{class} ({}): {n}", class_name(class))).collect();
-    let dropped = plan.inputs.points.dropped;
+    let dropped = points.dropped;
     let flagged = match (dropped.synthetic, dropped.withheld) {
         (0, 0) => String::new(),
         (synthetic, withheld) => format!(
@@ -307,7 +319,7 @@ pub(super) fn warn_of_emptiness(plan: &Plan, counts: &Counts, journal: &Journal<
     journal.warn(&format!(
         "no footprint holds a point of building class {} that counts; points by class: {}{flagged}; other classes are chosen \
          by --building-class",
-        plan.segmentation.building_classes,
+        segmentation.building_classes,
         if classes.is_empty() { "none".to_owned() } else { classes.join(", ") }
     ));
 }

@@ -14,7 +14,9 @@ use super::supply::{Supply, Sweeping};
 use super::{layer, single, surveyed};
 use crate::error::{Error, Result};
 use crate::report::{Scope, Stopwatch};
-use crate::segment::{Meaning, SegmentOptions, Segmentation, Sweep, Swept, segment, segment_named, segment_object};
+use crate::segment::{
+    Meaning, SegmentOptions, Segmentation, Sweep, Swept, segment, segment_named, segment_object, segment_share,
+};
 use crate::site::Site;
 use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
@@ -94,6 +96,7 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>)
             let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
             let segment = match plan.meaning() {
                 Meaning::Outlines => segment,
+                Meaning::OutlinesOfShare => segment_share,
                 Meaning::Places => segment_object,
                 Meaning::PlacesOfNamed => segment_named,
             };
@@ -150,7 +153,7 @@ fn boxed(mut sites: Vec<Site>, mut notes: Vec<Vec<String>>, has_stand_ins: bool)
 }
 
 /// Segmentation knows footprints, not their file: a fault of theirs gets its name and the CRS that it came in.
-fn name_the_footprints(error: Error, plan: &Plan) -> Error {
+pub(super) fn name_the_footprints(error: Error, plan: &Plan) -> Error {
     match (error, &plan.inputs.footprints) {
         (Error::Input(mut fault), Some(report)) if fault.file == Path::new("footprints") => {
             fault.file = PathBuf::from(&report.file);

@@ -146,12 +146,12 @@ pub(super) fn line(value: &impl Serialize) -> serde_json::Result<Vec<u8>> {
 }
 
 /// The JSON of a line that is whole.
-fn content(line: &[u8]) -> Option<&[u8]> {
+pub(super) fn content(line: &[u8]) -> Option<&[u8]> {
     let (head, json) = line.strip_suffix(b"\n")?.split_at_checked(CHECKSUM)?;
     (head == format!("{:016x} ", checksum(json)).as_bytes()).then_some(json)
 }
 
-fn checksum(bytes: &[u8]) -> u64 {
+pub(super) fn checksum(bytes: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(bytes);
     hasher.finish()

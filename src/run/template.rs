@@ -65,6 +65,11 @@ impl Template {
         self.folder.join("gable")
     }
 
+    /// Whether a building's tile is in the name.
+    pub(super) fn is_by_tile(&self) -> bool {
+        self.text.contains(TILE)
+    }
+
     /// The files for some footprints and features without a usable polygon, of which only the `wanted` ones are written.
     ///
     /// A building belongs to the tile whose extent holds a point inside its footprint: of several the first by its path, of
@@ -76,18 +81,24 @@ impl Template {
         wanted: &[bool],
         rejected: &[Rejected],
     ) -> Files {
-        let is_by_tile = self.text.contains(TILE);
-        let stems: Vec<String> = tiles.iter().map(|tile| stem(&tile.path)).collect();
-        let names = file_names::for_ids(&stems.iter().map(String::as_str).collect::<Vec<_>>());
-        let extents: Vec<Option<Rect<f64>>> = tiles.iter().map(rectangle).collect();
+        let extents = extents(tiles);
         let wanted = footprints.iter().zip(wanted).filter(|(_, is_wanted)| **is_wanted);
         let outlines = wanted.map(|(footprint, _)| {
-            let tile = if is_by_tile { tile_of(footprint, &extents) } else { 0 };
-            (footprint.id.as_str(), tile)
+            let tile = if self.is_by_tile() { tile_of(footprint, &extents) } else { 0 };
+            (footprint.id.clone(), tile)
         });
-        let buildings: Vec<(&str, usize)> =
-            outlines.chain(rejected.iter().map(|feature| (feature.id.as_str(), 0))).collect();
-        let ids: Vec<&str> = buildings.iter().map(|(id, _)| *id).collect();
+        let paths: Vec<&Path> = tiles.iter().map(|tile| tile.path.as_path()).collect();
+        self.arrange(
+            &paths,
+            &outlines.chain(rejected.iter().map(|feature| (feature.id.clone(), 0))).collect::<Vec<_>>(),
+        )
+    }
+
+    /// The files for buildings of which the ids and the places of their tiles among `tiles` are known.
+    pub(super) fn arrange(&self, tiles: &[&Path], buildings: &[(String, usize)]) -> Files {
+        let stems: Vec<String> = tiles.iter().map(|path| stem(path)).collect();
+        let names = file_names::for_ids(&stems.iter().map(String::as_str).collect::<Vec<_>>());
+        let ids: Vec<&str> = buildings.iter().map(|(id, _)| id.as_str()).collect();
         let ids = if self.text.contains(ID) { file_names::for_ids(&ids) } else { Vec::new() };
         let path = |index: usize, tile: usize| {
             let text = self.text.replace(TILE, names.get(tile).map_or("tile", String::as_str));
@@ -98,12 +109,12 @@ impl Template {
         order.sort_by_key(|&index| buildings[index].1);
         let mut files = Files { paths: Vec::new(), of_building: HashMap::new() };
         for index in order {
-            let (id, tile) = buildings[index];
-            let own = path(index, tile);
+            let (id, tile) = &buildings[index];
+            let own = path(index, *tile);
             if files.paths.last() != Some(&own) {
                 files.paths.push(own);
             }
-            files.of_building.insert(id.to_owned(), files.paths.len() - 1);
+            files.of_building.insert(id.clone(), files.paths.len() - 1);
         }
         files
     }
@@ -122,14 +133,19 @@ fn stem(path: &Path) -> String {
     name.split('.').find(|part| !part.is_empty()).unwrap_or("tile").to_owned()
 }
 
+/// Where tiles lie; `None` where nobody knows.
+pub(super) fn extents(tiles: &[Tile]) -> Vec<Option<Rect<f64>>> {
+    tiles.iter().map(rectangle).collect()
+}
+
 fn rectangle(tile: &Tile) -> Option<Rect<f64>> {
     let extent = tile.extent.or(tile.stated_extent).filter(|extent| !extent.is_empty())?;
     let ([x0, y0, _], [x1, y1, _]) = (extent.min, extent.max);
     Some(Rect::new(coord! { x: x0, y: y0 }, coord! { x: x1, y: y1 }))
 }
 
-/// The tile that a footprint belongs to.
-fn tile_of(footprint: &Footprint, extents: &[Option<Rect<f64>>]) -> usize {
+/// The tile that a footprint belongs to, as a place among `extents`.
+pub(super) fn tile_of(footprint: &Footprint, extents: &[Option<Rect<f64>>]) -> usize {
     let Some(place) = footprint.polygon.interior_point() else { return 0 };
     let distance = |rect: &Rect<f64>| {
         let nearest = point!(

@@ -24,6 +24,7 @@ use crate::segment::Swept;
 use crate::sink::{self, Encoder, Feature, Metadata, PREFIX, PREFIX_MEMBER, Sink};
 use crate::site::Site;
 use crate::source::cityjson::Transform;
+use crate::source::crs::Crs;
 use crate::terrain::{GroundStore, Outlines};
 
 /// Opens a sink of the caller.
@@ -147,7 +148,8 @@ impl Writer<'_> {
         let Told { counts, buildings, outdated } =
             journal.stage(Stage::Reconstruct, roster.len() as u64, |journal| {
                 let grid_steps = job.parameters.grid_steps().unwrap_or(1);
-                reconstruct_all(&supply, roster.len(), pool, journal, records, grid_steps, method, |building| {
+                reconstruct_all(&supply, roster.len(), pool, journal, records, grid_steps, method, |record| {
+                    let building = record.building;
                     if let Some(outlines) = &mut outlines {
                         outlines.add(building);
                     }
@@ -198,20 +200,31 @@ impl Writer<'_> {
 
 /// What the head of the model says: nothing that differs from run to run or with the order of the tiles.
 /// `corner` is that of the frames of its buildings.
-pub(super) fn metadata(job: &Job, plan: &Plan, translate: [f64; 3]) -> Metadata {
-    let is_local = plan.crs.is_local();
+pub(super) fn metadata(job: &Job, plan: &Plan, corner: [f64; 3]) -> Metadata {
+    head(job, &plan.crs, &plan.title, corner)
+}
+
+/// The corner of these frames. It depends on the footprints alone, as each frame does.
+pub(super) fn corner(origins: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
+    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
+}
+
+/// The head of a model in `crs` with this title; `translate` where the job says nothing of it.
+pub(super) fn head(job: &Job, crs: &Crs, title: &str, translate: [f64; 3]) -> Metadata {
+    let is_local = crs.is_local();
     let mut others = Metadata::making(parameters(job));
     if is_local {
-        others.insert("gable_coordinates".to_owned(), plan.crs.name.clone().into());
+        others.insert("gable_coordinates".to_owned(), crs.name.clone().into());
     }
     // Whoever reads the model finds gable's attributes by it.
     if job.attributes.prefix != PREFIX {
         others.insert(PREFIX_MEMBER.to_owned(), job.attributes.prefix.clone().into());
     }
     Metadata {
-        title: plan.title.clone(),
-        reference_system: plan.crs.reference_system(),
-        crs: (!is_local).then(|| plan.crs.clone()),
+        title: title.to_owned(),
+        reference_system: crs.reference_system(),
+        crs: (!is_local).then(|| crs.clone()),
         transform: Transform { scale: [job.parameters.grid_scale; 3], translate: job.translation.unwrap_or(translate) },
         others,
         extensions: None,

@@ -1,11 +1,11 @@
 //! What became of the points.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Points left out, by reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct DroppedPoints {
     /// Marked as withheld.
     pub withheld: u64,
@@ -30,7 +30,7 @@ pub struct DroppedPoints {
 }
 
 /// What became of the points of all tiles.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PointCounts {
     /// Points read.
     pub read: u64,

@@ -115,7 +115,8 @@ impl Harvest {
         let named: Vec<Option<(usize, Arc<Place>)>> =
             naming.table(tile).into_iter().map(|index| index.map(|index| (index, all.place(index)))).collect();
         // A point that names its building may lie anywhere.
-        let is_passed_over = named.is_empty() && tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent();
+        let is_far = || tile.extent.is_some_and(is_far) && tile.is_true_to_its_extent();
+        let is_passed_over = tile.is_elsewhere() || named.is_empty() && is_far();
         if is_passed_over && terrain.is_none() {
             harvest.counts.passed_over = tile.points;
             harvest.extents.extend(tile.areas());

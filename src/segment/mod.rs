@@ -7,6 +7,7 @@
 //! ground around it, and, where no ground was scanned around it, on which floors they stand.
 
 mod change;
+mod company;
 mod counts;
 mod coverage;
 mod ground;
@@ -32,6 +33,7 @@ mod waiting;
 mod tests;
 
 pub use change::between;
+pub use company::{Company, TileTree};
 pub use counts::{DroppedPoints, PointCounts};
 pub use options::{AnyClass, BuildingClasses, GroundLevel, HeightAbove, NOISE, SegmentOptions, UseFlagged};
 pub use scanned::Scanned;
@@ -43,9 +45,10 @@ use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
 use crate::terrain::GroundStore;
 use geo::MultiPolygon;
+use harvest::Roles;
 use nalgebra::Point3;
 pub(crate) use neighbourhood::frame_of;
-use neighbourhood::{Place, Rectangle};
+use neighbourhood::{Neighbourhood, Place, Rectangle};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 pub use sweep::{Part, Sweep};
@@ -121,15 +124,64 @@ pub fn segment_named(
     join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress, terrain)
 }
 
+/// Joins a share of the footprints of a run, those [beside](Company) it among them, with the tiles that it needs; of the other
+/// tiles only where they lie is known ([`Tile::elsewhere`]). Each site is the one that [`segment`] gives with all footprints
+/// and tiles.
+///
+/// # Errors
+/// As [`segment`], but for what others may have where this share lacks it: points, points of the building classes, an
+/// attribute, a height of the terrain model.
+pub fn segment_share(
+    tiles: &[Tile],
+    footprints: Vec<Footprint>,
+    crs: &Crs,
+    options: &SegmentOptions,
+    progress: &(dyn Fn(u64) + Sync),
+    terrain: Option<&GroundStore>,
+) -> Result<Segmentation> {
+    join(tiles, footprints, crs, options, Meaning::OutlinesOfShare, progress, terrain)
+}
+
+/// Refuses what a run of these tiles and footprints would refuse before it reads points.
+///
+/// # Errors
+/// As [`segment`], as far as headers tell.
+pub fn refuse(tiles: &[Tile], footprints: &[Footprint], crs: &Crs, options: &SegmentOptions) -> Result<()> {
+    refuse::options(options)?;
+    refuse::geographic(crs)?;
+    refuse::without_points(tiles)?;
+    let all = Neighbourhood::new(footprints.to_vec(), crs, options.ring_limit.max(options.ring_width))?;
+    refuse::apart(tiles, &all, crs)?;
+    options.ground_attribute.as_deref().map_or(Ok(()), |name| ground::refuse_unknown(name, footprints))
+}
+
+/// Refuses tiles in which the building classes do not occur, where these are the `counts` of all points that were read.
+///
+/// # Errors
+/// The classes that there are.
+pub fn refuse_classes(tiles: &[Tile], counts: &PointCounts, options: &SegmentOptions) -> Result<()> {
+    let tiles: Vec<&Tile> = tiles.iter().collect();
+    refuse::without_buildings(&tiles, counts, &Roles::new(options), options)
+}
+
 /// What footprints are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
     /// The outlines of buildings: what lies inside is theirs, and there their walls stand.
     Outlines,
+    /// The same of a share of a run: others may have what these lack.
+    OutlinesOfShare,
     /// Where an object stands: what lies inside is its own.
     Places,
     /// Where buildings stand whose points name them.
     PlacesOfNamed,
+}
+
+impl Meaning {
+    /// Whether walls stand on them.
+    fn is_outline(self) -> bool {
+        matches!(self, Self::Outlines | Self::OutlinesOfShare)
+    }
 }
 
 fn join(

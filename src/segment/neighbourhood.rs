@@ -17,7 +17,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 /// the scale and offset of the tile that it comes from.
 const STEPS_PER_UNIT: f64 = 1e6;
 /// Side of the squares for which the footprints near them are looked up once, metres.
-const SQUARE: f64 = 8.0;
+pub(super) const SQUARE: f64 = 8.0;
 
 /// The nearest multiple of the rounding step; adding zero turns −0 into 0.
 pub(super) fn snap(value: f64) -> f64 {
@@ -176,8 +176,18 @@ impl Neighbourhood {
         self.shelf.check()
     }
 
-    /// Whether something is wanted of the rectangle.
+    /// Whether something is wanted of the rectangle, or of a square that it reaches into. Points are taken by squares: if a
+    /// tile were asked more narrowly, what is kept of a square would hang on where tiles end.
     pub fn is_wanted(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let side = self.square;
+        // A step of slack: points are snapped before their square is looked up.
+        let first = |axis: usize| ((low[axis] - 2.0 / STEPS_PER_UNIT) / side[axis]).floor() * side[axis];
+        let last = |axis: usize| ((high[axis] + 2.0 / STEPS_PER_UNIT) / side[axis]).floor() * side[axis] + side[axis];
+        self.is_in_reach([first(0), first(1)], [last(0), last(1)])
+    }
+
+    /// Whether something is wanted of the rectangle itself.
+    fn is_in_reach(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         self.near((low, high), self.reach).next().is_some()
     }
 
@@ -226,11 +236,34 @@ impl Lookup<'_> {
             self.square = square;
             let low = [0, 1].map(|axis| square[axis] as f64 * side[axis]);
             let high = [0, 1].map(|axis| low[axis] + side[axis]);
-            self.wanted = self.all.is_wanted(low, high);
+            self.wanted = self.all.is_in_reach(low, high);
             self.inside.clear();
             let touching = self.all.near((low, high), [0.0; 2]);
             self.inside.extend(touching.map(|index| (index, self.all.place(index))));
         }
         self.wanted.then_some(self.inside.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rectangle_is_wanted_where_it_reaches_into_a_square_of_which_anything_is() {
+        let square = geo::wkt!(MULTIPOLYGON(((0. 0., 10. 0., 10. 10., 0. 10., 0. 0.))));
+        let footprint = Footprint {
+            id: String::new(),
+            polygon: square,
+            roofprint: None,
+            attributes: serde_json::Map::new(),
+            notes: Vec::new(),
+        };
+        let all = Neighbourhood::new(vec![footprint], &Crs::local(), 3.0).unwrap();
+        // Points at x = 14 are taken, for the square from 8 to 16 is: so must be a tile that begins there.
+        assert!(all.lookup().near([14.5, 2.0, 0.0]).is_some());
+        assert!(all.is_wanted([14.0, 0.0], [15.0, 5.0]));
+        assert!(all.lookup().near([16.5, 2.0, 0.0]).is_none());
+        assert!(!all.is_wanted([16.1, 0.0], [20.0, 5.0]));
     }
 }

@@ -38,7 +38,7 @@ fn within(tile: &Tile) -> Option<Rectangle> {
         // Nowhere.
         return Some(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]));
     }
-    if !tile.buildings.is_empty() || !tile.is_true_to_its_extent() {
+    if !tile.is_elsewhere() && (!tile.buildings.is_empty() || !tile.is_true_to_its_extent()) {
         return None;
     }
     tile.extent.map(|extent| ([extent.min[0], extent.min[1]], [extent.max[0], extent.max[1]]))

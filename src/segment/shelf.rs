@@ -3,13 +3,13 @@
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use geo::{LineString, MultiPolygon, Polygon};
+use geo::MultiPolygon;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use tempfile::SpooledTempFile;
 
 use crate::error::{Error, Result};
-use crate::source::footprints::Footprint;
+use crate::source::footprints::{Footprint, Rings, polygons, rings};
 
 /// From so many bytes on they lie in a temporary file without a name.
 const IN_MEMORY: usize = 1 << 20;
@@ -33,8 +33,6 @@ struct Kept {
     attributes: Map<String, Value>,
     notes: Vec<String>,
 }
-
-type Rings = Vec<Vec<Vec<[f64; 2]>>>;
 
 impl Shelf {
     /// Puts footprints there.
@@ -113,20 +111,6 @@ fn fault(error: io::Error) -> Error {
     Error::io(std::env::temp_dir(), "use a temporary file in", error)
 }
 
-fn rings(polygon: &MultiPolygon<f64>) -> Rings {
-    let ring = |ring: &LineString<f64>| ring.coords().map(|c| [c.x, c.y]).collect();
-    let parts = polygon.iter().map(|part| std::iter::once(part.exterior()).chain(part.interiors()).map(ring).collect());
-    parts.collect()
-}
-
-fn polygon(rings: Rings) -> MultiPolygon<f64> {
-    let part = |rings: Vec<Vec<[f64; 2]>>| {
-        let mut rings = rings.into_iter().map(LineString::from);
-        Polygon::new(rings.next().unwrap_or_else(|| LineString(Vec::new())), rings.collect())
-    };
-    MultiPolygon(rings.into_iter().map(part).collect())
-}
-
 impl From<Footprint> for Kept {
     fn from(footprint: Footprint) -> Self {
         let Footprint { id, polygon, roofprint, attributes, notes } = footprint;
@@ -136,8 +120,8 @@ impl From<Footprint> for Kept {
 
 impl From<Kept> for Footprint {
     fn from(kept: Kept) -> Self {
-        let Kept { id, polygon: own, roofprint, attributes, notes } = kept;
-        Self { id, polygon: polygon(own), roofprint: roofprint.map(polygon), attributes, notes }
+        let Kept { id, polygon, roofprint, attributes, notes } = kept;
+        Self { id, polygon: polygons(polygon), roofprint: roofprint.map(polygons), attributes, notes }
     }
 }
 

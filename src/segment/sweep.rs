@@ -131,12 +131,17 @@ impl<'a> Sweep<'a> {
     ) -> Result<Self> {
         refuse::options(options)?;
         refuse::geographic(crs)?;
-        refuse::without_points(tiles)?;
+        let is_share = meaning == Meaning::OutlinesOfShare;
+        if !is_share {
+            refuse::without_points(tiles)?;
+        }
         let naming = Naming::new(tiles, &footprints, meaning != Meaning::PlacesOfNamed);
-        let mut stated = ground::read_attributes(&footprints, crs, options)?;
+        let mut stated = ground::read_attributes(&footprints, crs, options, is_share)?;
         let reach = options.ring_limit.max(options.ring_width);
         let all = Neighbourhood::new(footprints, crs, reach)?;
-        refuse::apart(tiles, &all, crs)?;
+        if !is_share {
+            refuse::apart(tiles, &all, crs)?;
+        }
         let units = |metres: f64| [0, 1].map(|axis| metres / crs.metres_per_unit[axis]);
         let margin = units(reach.max(super::coverage::REACH) + MARGIN);
         let tiles = order::of(tiles);
@@ -145,7 +150,7 @@ impl<'a> Sweep<'a> {
             all.near(within, margin).for_each(|index| left[index] += 1);
         }
         let everywhere = tiles.iter().filter(|reach| reach.within.is_none()).count();
-        ground::read_terrain(&all, crs, |index| everywhere > 0 || left[index] > 0, options, &mut stated)?;
+        ground::read_terrain(&all, crs, |index| everywhere > 0 || left[index] > 0, options, is_share, &mut stated)?;
         let metres = crs.metres_per_unit;
         let Harvest { ground, lows, .. } = Harvest::new(metres);
         let covered = Covered::new(metres);
@@ -376,7 +381,7 @@ impl<'a> Sweep<'a> {
             attributes,
             record: Record { roof_height, ..Record::default() },
         };
-        let guess = ground::guess(&site).filter(|_| self.meaning == Meaning::Outlines);
+        let guess = ground::guess(&site).filter(|_| self.meaning.is_outline());
         notes.extend(self.stated.notes.get(&index).cloned());
         counts.dropped.duplicate = duplicate;
         lock(&self.totals).see(index, used, &counts, !site.points.is_empty(), guess.is_some());
@@ -417,7 +422,9 @@ impl<'a> Sweep<'a> {
     pub fn finish(self) -> Result<Swept> {
         let totals = self.totals.into_inner().unwrap_or_else(PoisonError::into_inner);
         let tiles: Vec<&Tile> = self.tiles.iter().map(|reach| reach.tile).collect();
-        refuse::without_buildings(&tiles, &totals.counts, &self.roles, self.options)?;
+        if self.meaning != Meaning::OutlinesOfShare {
+            refuse::without_buildings(&tiles, &totals.counts, &self.roles, self.options)?;
+        }
         Ok(totals.told(self.stated.warnings, self.all.len(), self.meaning, self.options))
     }
 }

@@ -73,7 +73,7 @@ impl Totals {
         let warnings = [
             unused::absent(&counts, options),
             unused.warning(footprints, options),
-            ground::guesses(with_points, guessed, options).filter(|_| meaning == Meaning::Outlines),
+            ground::guesses(with_points, guessed, options).filter(|_| meaning.is_outline()),
             too_late(&late),
         ];
         problems.sort();

@@ -4,6 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use glob::{MatchOptions, Pattern};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::source::cityjson::CityModel;
@@ -16,7 +18,7 @@ pub const PREFIX_MEMBER: &str = "gable_attribute_prefix";
 const LONGEST: usize = 32;
 
 /// Which attributes are written.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct AttributeOptions {
     /// Which of gable's own, by their names with or without a prefix.
     pub own: Names,
@@ -35,7 +37,9 @@ impl Default for AttributeOptions {
 
 /// Some names: all, or those of a list such as `roof_type,height_*`, in any case of letters. `*` stands for any characters,
 /// `?` for one; `none` is a list without any.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "String", into = "String")]
+#[schemars(with = "String")]
 pub enum Names {
     /// All.
     #[default]
@@ -83,6 +87,25 @@ impl Names {
     pub fn unknown(&self, known: &[&str]) -> Option<&Name> {
         let Self::Listed(names) = self else { return None };
         names.iter().find(|name| !known.iter().any(|one| name.stands_for(one)))
+    }
+}
+
+impl From<Names> for String {
+    /// The list as it is read.
+    fn from(names: Names) -> Self {
+        match names {
+            Names::All => "all".to_owned(),
+            Names::Listed(names) if names.is_empty() => "none".to_owned(),
+            Names::Listed(names) => names.iter().map(ToString::to_string).collect::<Vec<_>>().join(","),
+        }
+    }
+}
+
+impl TryFrom<String> for Names {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
     }
 }
 
@@ -141,6 +164,7 @@ mod tests {
         assert!(!had("height") && !had("type") && !had("roof_type_2"));
         assert_eq!(names.unknown(&["roof_type", "height_x"]).unwrap().to_string(), "a[b]");
         assert_eq!("all".parse(), Ok(Names::All));
+        assert_eq!(String::from(names), "Roof_Type,height_*,a[b]");
         let none: Names = "none".parse().unwrap();
         assert!(!none.have("none") && none.unknown(&[]).is_none());
         assert!("a,,b".parse::<Names>().is_err() && "".parse::<Names>().is_err());

@@ -25,6 +25,7 @@ mod field;
 mod folders;
 mod info;
 mod jagged;
+mod jobs;
 mod many_files;
 mod memory;
 mod neighbourhoods;

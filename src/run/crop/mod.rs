@@ -22,7 +22,7 @@ use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
-use super::write::{Done, Open, metadata};
+use super::write::{Done, Open, corner, metadata};
 use crate::building::{Building, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::record::PointsFile;
@@ -91,7 +91,7 @@ pub(super) fn write(
     journal: &Journal<'_>,
     open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
-    let head = metadata(job, plan, corner(&tasks));
+    let head = metadata(job, plan, corner(tasks.iter().filter_map(Task::site).map(|site| site.frame.origin)));
     let names = file_names::for_ids(&tasks.iter().map(Task::id).collect::<Vec<_>>());
     let names: Vec<String> = names.into_iter().map(|name| format!("{name}.laz")).collect();
     let paths: Vec<PathBuf> = names.iter().map(|name| job.output.join(name)).collect();
@@ -137,13 +137,6 @@ pub(super) fn write(
     })?;
     let outputs = vec![index(&job.output)];
     Ok(Done { counts, buildings, terrain: None, lacks_terrain: false, outputs, checkpoint: None, swept: None })
-}
-
-/// The corner of all frames. It depends on the footprints alone, as each frame does.
-fn corner(tasks: &[Task]) -> [f64; 3] {
-    let origins = tasks.iter().filter_map(Task::site).map(|site| site.frame.origin);
-    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
-    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
 }
 
 /// What the index has of a building.

@@ -69,7 +69,7 @@ pub(in crate::segment) fn look(
     heights.sort_unstable_by(f64::total_cmp);
     let middle = percentile(&heights, 50.0);
     let others = points_around(index, &place, all, &lows.others, options.ring_width);
-    let has_walls = meaning == Meaning::Outlines;
+    let has_walls = meaning.is_outline();
     let beside = if has_walls { points_around(index, &place, all, &lows.building, BESIDE) } else { Vec::new() };
     let feet = feet::of(&place.prepared, points, &beside).filter(|_| has_walls);
     let open = from_lowest(&place.polygon, &others, options)

@@ -13,7 +13,7 @@
 mod around;
 mod feet;
 mod fit;
-mod neighbours;
+pub(super) mod neighbours;
 mod outline;
 mod stated;
 mod surface;
@@ -22,7 +22,7 @@ pub(super) use around::{Around, look};
 use geo::Centroid;
 pub(super) use neighbours::Known;
 use neighbours::Neighbours;
-pub(super) use stated::{Stated, number, read_attributes, read_terrain};
+pub(super) use stated::{Stated, number, read_attributes, read_terrain, refuse_unknown};
 
 use super::neighbourhood::{Place, to_local};
 use super::options::SegmentOptions;

@@ -3,10 +3,11 @@
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
+use super::super::lexicographic;
 use super::fit::{Fit, Shape, sigma};
 
 /// Neighbours farther than this say nothing, metres between the middles.
-const REACH: f64 = 100.0;
+pub(in crate::segment) const REACH: f64 = 100.0;
 /// So many of the nearest are asked …
 const MOST: usize = 16;
 /// … and fewer than these say nothing.
@@ -33,10 +34,12 @@ impl Neighbours {
     /// below 8 of them), and the standard deviation about it; `None` where fewer than three are there, or where they
     /// contradict each other.
     pub fn at(&self, place: [f64; 2]) -> Option<(f64, f64)> {
-        let near = self.0.nearest_neighbor_iter_with_distance_2(&place);
-        let near = near.take_while(|(_, squared)| *squared <= REACH * REACH).take(MOST);
-        let floors: Vec<([f64; 3], f64)> =
-            near.map(|(floor, _)| ([floor.geom()[0], floor.geom()[1], floor.data], 1.0)).collect();
+        let squared = |p: &[f64; 3]| (p[0] - place[0]).powi(2) + (p[1] - place[1]).powi(2);
+        let near = self.0.locate_within_distance(place, REACH * REACH);
+        let mut near: Vec<[f64; 3]> = near.map(|floor| [floor.geom()[0], floor.geom()[1], floor.data]).collect();
+        // Of those that are equally near, which ones come first must not hang on who else is in the tree.
+        near.sort_unstable_by(|a, b| squared(a).total_cmp(&squared(b)).then_with(|| lexicographic(a, b)));
+        let floors: Vec<([f64; 3], f64)> = near.into_iter().take(MOST).map(|floor| (floor, 1.0)).collect();
         if floors.len() < FEWEST {
             return None;
         }
@@ -63,6 +66,15 @@ mod tests {
         assert!((height - slope(30.0, 25.0)).abs() < 0.02 && spread < 0.05, "{height} {spread}");
         let neighbours = Neighbours::new(known.split_off(10));
         assert_eq!((neighbours.at([30.0, 25.0]), neighbours.at([900.0, 0.0])), (None, None));
+        // Twenty that are equally near, of which sixteen are asked: the same ones whoever else is known farther away.
+        let ring = |i: u32| {
+            let angle = f64::from(i % 4) * std::f64::consts::FRAC_PI_2;
+            ([(30.0 * angle.cos()).round(), (30.0 * angle.sin()).round()], f64::from(i) * 0.01)
+        };
+        let near: Vec<Known> = (0..20).map(ring).collect();
+        let far = (0..500).map(|i| ([f64::from(i % 25) * 9.0 + 200.0, f64::from(i / 25) * 9.0], 3.0));
+        let many: Vec<Known> = far.chain(near.iter().rev().copied()).collect();
+        assert_eq!(Neighbours::new(near).at([0.0; 2]), Neighbours::new(many).at([0.0; 2]));
         let uneven = vec![([0.0; 2], 0.0), ([9.0, 0.0], 5.0), ([0.0, 9.0], 12.0)];
         assert_eq!(Neighbours::new(uneven).at([1.0; 2]), None);
     }

@@ -57,15 +57,19 @@ impl Stated {
 /// What an attribute of `footprints` that `options` name says of their floors.
 ///
 /// # Errors
-/// No footprint has the attribute.
+/// No footprint has the attribute, unless these are a share of a run.
 pub(in crate::segment) fn read_attributes(
     footprints: &[Footprint],
     crs: &Crs,
     options: &SegmentOptions,
+    is_share: bool,
 ) -> Result<Stated> {
     let mut stated = Stated::default();
     if let Some(name) = &options.ground_attribute {
-        by_attribute(name, footprints, crs, &mut stated)?;
+        if !is_share {
+            refuse_unknown(name, footprints)?;
+        }
+        by_attribute(name, footprints, crs, &mut stated);
     }
     Ok(stated)
 }
@@ -73,18 +77,27 @@ pub(in crate::segment) fn read_attributes(
 /// What the terrain model that `options` name says of the floors of those footprints that are `wanted` and of which nothing is stated yet.
 ///
 /// # Errors
-/// The terrain model cannot be read or has no height for any footprint.
+/// The terrain model cannot be read or has no height for any footprint, unless these are a share of a run.
 pub(in crate::segment) fn read_terrain(
     all: &Neighbourhood,
     crs: &Crs,
     wanted: impl Fn(usize) -> bool,
     options: &SegmentOptions,
+    is_share: bool,
     stated: &mut Stated,
 ) -> Result<()> {
-    options.dtm.as_ref().map_or(Ok(()), |path| by_terrain(path, all, crs, wanted, stated))
+    let Some(path) = &options.dtm else { return Ok(()) };
+    match by_terrain(path, all, crs, wanted, stated)? {
+        Some(fault) if !is_share => Err(fault.into()),
+        _ => Ok(()),
+    }
 }
 
-fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut Stated) -> Result<()> {
+/// Refuses an attribute of floors that no footprint has.
+///
+/// # Errors
+/// The attributes that there are.
+pub(in crate::segment) fn refuse_unknown(name: &str, footprints: &[Footprint]) -> Result<()> {
     if !footprints.iter().any(|footprint| footprint.attributes.contains_key(name)) {
         let mut names: Vec<&str> =
             footprints.iter().flat_map(|footprint| footprint.attributes.keys()).map(String::as_str).collect();
@@ -99,6 +112,10 @@ fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut St
         let fault = InputError::new("footprints", format!("no attribute {name:?}"), expected);
         return Err(fault.remedy("Name another one with --ground-attribute, or leave it out").into());
     }
+    Ok(())
+}
+
+fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut Stated) {
     for (index, footprint) in footprints.iter().enumerate() {
         let value = footprint.attributes.get(name);
         if let Some(height) = value.and_then(number) {
@@ -115,7 +132,6 @@ fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut St
             "{without} of {total} footprints have no number in {name:?} (--ground-attribute): their floors come from elsewhere"
         ));
     }
-    Ok(())
 }
 
 /// A number that may be a height, or a text that is one.
@@ -128,13 +144,14 @@ pub(in crate::segment) fn number(value: &Value) -> Option<f64> {
     number.filter(|number: &f64| number.abs() <= HIGHEST)
 }
 
+/// Asks the terrain model; what is to be said where it has no height at all.
 fn by_terrain(
     path: &Path,
     all: &Neighbourhood,
     crs: &Crs,
     wanted: impl Fn(usize) -> bool,
     stated: &mut Stated,
-) -> Result<()> {
+) -> Result<Option<InputError>> {
     let mut order: Vec<(usize, [f64; 2], [i64; 2])> = all
         .boxes()
         .filter(|(index, _)| wanted(*index) && !stated.attributes.contains_key(index))
@@ -148,7 +165,7 @@ fn by_terrain(
         [x0.min(*x), y0.min(*y), x1.max(*x), y1.max(*y)]
     });
     if order.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let mut terrain = Mosaic::open(path, crs, bounds)?;
     stated.warnings.extend_from_slice(terrain.warnings());
@@ -180,16 +197,16 @@ fn by_terrain(
     }
     all.release(|_| true);
     let total = order.len();
-    if without == total {
-        let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());
-        let fault = InputError::new(path, found, "a terrain model that covers the footprints");
-        return Err(fault.remedy("Check its CRS, or leave --dtm out").into());
-    }
     if without > 0 {
         stated.warnings.push(format!(
             "{}: it has no height at {without} of {total} footprints; their floors come from elsewhere",
             path.display()
         ));
     }
-    Ok(())
+    if without < total {
+        return Ok(None);
+    }
+    let found = format!("no height at any of {total} footprints: it covers {}", terrain.covers());
+    let fault = InputError::new(path, found, "a terrain model that covers the footprints");
+    Ok(Some(fault.remedy("Check its CRS, or leave --dtm out")))
 }

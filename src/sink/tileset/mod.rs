@@ -2,8 +2,9 @@
 //!
 //! Features wait on disk, cut into triangles, until the last one is known. Then a [quadtree](quadtree) over their centres is
 //! gone through from the root; each of its leaves is a tile with the blocks of LoD 1, which refines into one with the
-//! finest level (`REPLACE`). Cells above the leaves have no content: seen from so far away that a whole cell is a few pixels
-//! wide, nothing of it is drawn. Tiles are listed, not implicit: cells are as deep as features are dense, their boxes are as
+//! finest level (`REPLACE`). A cell above the leaves is an overview: it shows the blocks of its largest features, as many as a
+//! tile holds, and is as wrong as the largest that it leaves out is large. So there is something to be seen from any height, and
+//! never more at once than a screen needs. Tiles are listed, not implicit: cells are as deep as features are dense, their boxes are as
 //! tight as their content, and two levels of detail of one cell have no place in an implicit tree. A subtree goes to a
 //! file of its own, so that no file grows with the number of features.
 //!
@@ -38,7 +39,7 @@ use crate::source::crs::{Crs, Geocentric};
 use bytes::Take;
 use frame::{Bounds, EarthFrame};
 use properties::Class;
-use quadtree::{Cell, CellWriter, Entry, Split};
+use quadtree::{Cell, CellWriter, Entry, Overview, Split};
 use record::Record;
 use tile::{Detail, FEATURE_PROPERTIES, Placer, SURFACE_PROPERTIES, feature_row, giving_way, surface_row};
 
@@ -142,6 +143,7 @@ impl Sink for Tileset {
             length: self.buffer.len() as u64,
             centre: [0, 1].map(|i| f64::midpoint(min[i], max[i])),
             triangles: record.size() as u64,
+            size: (0..3).map(|axis| (max[axis] - min[axis]) * metres[axis]).fold(0.0, f64::max),
         };
         self.spilled += entry.length;
         self.spill.write_all(&self.buffer).and_then(|()| self.index.push(entry)).map_err(self.fault())
@@ -265,13 +267,13 @@ impl Writer<'_> {
     fn cell(&mut self, cell: Cell, is_root: bool) -> Result<Option<Tile>> {
         let (name, count) = (cell.name().to_owned(), cell.count());
         let split = cell.split(self.folder.scratch(), self.widest).map_err(|e| self.fault(e))?;
-        let cells = match split {
+        let (cells, overview) = match split {
             Split::Leaf(entries) => {
                 let leaf = self.leaf(&name, &entries)?;
                 // The root holds the transform and refines into what it is.
                 return Ok(leaf.map(|tile| if is_root { Self::above(vec![tile]) } else { tile }));
             }
-            Split::Cells(cells) => cells,
+            Split::Cells(cells, overview) => (cells, overview),
         };
         let mut children = Vec::new();
         for child in cells {
@@ -286,7 +288,10 @@ impl Writer<'_> {
                 tile
             });
         }
-        Ok((!children.is_empty()).then(|| Self::above(children)))
+        if children.is_empty() {
+            return Ok(None);
+        }
+        self.overview(&name, &overview, children).map(Some)
     }
 
     /// A tile without content: not to refine it leaves out all that it holds.
@@ -297,8 +302,20 @@ impl Writer<'_> {
         Tile::new(bounds, error, None, children)
     }
 
-    /// The tile of the features of a leaf.
-    fn leaf(&mut self, name: &str, entries: &[Entry]) -> Result<Option<Tile>> {
+    /// The tile of a cell above the leaves: its largest features, as blocks.
+    fn overview(&mut self, name: &str, overview: &Overview, children: Vec<Tile>) -> Result<Tile> {
+        let mut records = self.records(&overview.entries)?;
+        self.placer.place(&mut records);
+        let content = self.content(&records, Detail::Block, &format!("tiles/{name}_overview.glb"))?;
+        let Some((own, uri)) = content else { return Ok(Self::above(children)) };
+        // A box holds those of its children, and none of these is more wrong than it.
+        let bounds = children.iter().map(|child| child.bounds).fold(own, Bounds::union);
+        let error = children.iter().map(|child| child.error).fold(overview.omitted, f64::max);
+        Ok(Tile::new(bounds, error.max(LEAST_BLOCK_ERROR), Some(uri), children))
+    }
+
+    /// Features as they wait on disk.
+    fn records(&mut self, entries: &[Entry]) -> Result<Vec<Record>> {
         let mut records = Vec::with_capacity(entries.len());
         for entry in entries {
             let mut bytes = vec![0; entry.length as usize];
@@ -306,6 +323,12 @@ impl Writer<'_> {
             read.map_err(|e| self.fault(e))?;
             records.extend(Record::take(&mut Take(&bytes)));
         }
+        Ok(records)
+    }
+
+    /// The tile of the features of a leaf.
+    fn leaf(&mut self, name: &str, entries: &[Entry]) -> Result<Option<Tile>> {
+        let mut records = self.records(entries)?;
         self.misplaced += self.placer.place(&mut records);
         let error = records.iter().map(|record| record.block_error(self.placer.metres)).fold(0.0, f64::max);
         let has_blocks = records.iter().any(|record| record.block.is_some());

@@ -3,6 +3,8 @@
 //! Nothing of a feature is held in memory: a cell that holds too many is read from front to back and dealt out to the files
 //! of its four quarters.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -10,7 +12,7 @@ use std::path::Path;
 use super::bytes::{Put, Take};
 
 /// Bytes of an entry.
-const ENTRY: usize = 40;
+const ENTRY: usize = 48;
 /// How many features, and how many of their triangles, a tile holds at most. A single feature may have more.
 const MOST_FEATURES: u64 = 256;
 const MOST_TRIANGLES: u64 = 50_000;
@@ -26,6 +28,8 @@ pub(super) struct Entry {
     /// The centre of its extent in CRS coordinates.
     pub centre: [f64; 2],
     pub triangles: u64,
+    /// The longest side of its extent in metres: what is lost where it is not drawn.
+    pub size: f64,
 }
 
 impl Entry {
@@ -34,11 +38,18 @@ impl Entry {
         out.extend_from_slice(&self.length.to_le_bytes());
         self.centre.iter().for_each(|&c| out.put_f64(c));
         out.extend_from_slice(&self.triangles.to_le_bytes());
+        out.put_f64(self.size);
     }
 
     fn take(bytes: &[u8; ENTRY]) -> Option<Self> {
         let mut from = Take(bytes);
-        Some(Self { at: from.u64()?, length: from.u64()?, centre: [from.f64()?, from.f64()?], triangles: from.u64()? })
+        Some(Self {
+            at: from.u64()?,
+            length: from.u64()?,
+            centre: [from.f64()?, from.f64()?],
+            triangles: from.u64()?,
+            size: from.f64()?,
+        })
     }
 }
 
@@ -114,8 +125,65 @@ pub(super) struct Cell {
 pub(super) enum Split {
     /// Its features share a tile.
     Leaf(Vec<Entry>),
-    /// Smaller cells, none of them empty.
-    Cells(Vec<Cell>),
+    /// Smaller cells, none of them empty, and what stands for all of them from afar.
+    Cells(Vec<Cell>, Overview),
+}
+
+/// The largest features of a cell.
+#[derive(Debug, Default)]
+pub(super) struct Overview {
+    /// As many as a tile holds, in the order of the spill file.
+    pub entries: Vec<Entry>,
+    /// The size of the largest that is not among them, metres; 0 where none is left out.
+    pub omitted: f64,
+}
+
+/// A feature in the order of its size, of equally large ones the first in the spill file first.
+#[derive(Debug, Clone, Copy)]
+struct BySize(Entry);
+
+impl BySize {
+    fn key(&self) -> (u64, Reverse<u64>) {
+        // Sizes are not negative: their bits are in their order.
+        (self.0.size.to_bits(), Reverse(self.0.at))
+    }
+}
+
+impl PartialEq for BySize {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for BySize {}
+
+impl PartialOrd for BySize {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for BySize {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key().cmp(&other.key())
+    }
+}
+
+impl Overview {
+    /// Of the largest features and of one more, if there are more.
+    fn of(mut largest: Vec<BySize>) -> Self {
+        largest.sort_unstable_by_key(|entry| Reverse(entry.key()));
+        let mut triangles = 0;
+        let fits = |entry: &&BySize| {
+            triangles += entry.0.triangles;
+            triangles <= MOST_TRIANGLES
+        };
+        let count = largest.iter().take(MOST_FEATURES as usize).take_while(fits).count();
+        let omitted = largest.get(count).map_or(0.0, |entry| entry.0.size);
+        let mut entries: Vec<Entry> = largest.into_iter().take(count).map(|entry| entry.0).collect();
+        entries.sort_unstable_by_key(|entry| entry.at);
+        Self { entries, omitted }
+    }
 }
 
 impl Cell {
@@ -145,8 +213,13 @@ impl Cell {
         for i in 0..4 {
             quarters.push((CellWriter::create(folder)?, square.quarter(i)));
         }
+        let mut largest: BinaryHeap<Reverse<BySize>> = BinaryHeap::new();
         for n in 0..count {
             let Some(entry) = next()? else { continue };
+            largest.push(Reverse(BySize(entry)));
+            if largest.len() > MOST_FEATURES as usize + 1 {
+                largest.pop();
+            }
             let quarter = if level < MOST_LEVELS { square.quarter_of(entry.centre) } else { (n * 4 / count) as usize };
             if let Some((cell, _)) = quarters.get_mut(quarter) {
                 cell.push(entry)?;
@@ -154,7 +227,8 @@ impl Cell {
         }
         let filled = quarters.into_iter().enumerate().filter(|(_, (cell, _))| cell.count > 0);
         let named = filled.map(|(i, (cell, square))| cell.finish(square, format!("{name}{i}"), level + 1));
-        Ok(Split::Cells(named.collect::<io::Result<_>>()?))
+        let overview = Overview::of(largest.into_iter().map(|Reverse(entry)| entry).collect());
+        Ok(Split::Cells(named.collect::<io::Result<_>>()?, overview))
     }
 }
 
@@ -166,7 +240,7 @@ mod tests {
         let name = cell.name().to_owned();
         match cell.split(folder, 1e3).unwrap() {
             Split::Leaf(entries) => out.push((name, entries)),
-            Split::Cells(cells) => cells.into_iter().for_each(|cell| leaves(cell, folder, out)),
+            Split::Cells(cells, _) => cells.into_iter().for_each(|cell| leaves(cell, folder, out)),
         }
     }
 
@@ -183,7 +257,8 @@ mod tests {
 
     #[test]
     fn every_feature_is_in_one_tile_that_is_not_too_large() {
-        let entry = |i: u64| Entry { at: i, length: 1, centre: [(i % 40) as f64, (i / 40) as f64], triangles: 100 };
+        let entry =
+            |i: u64| Entry { at: i, length: 1, centre: [(i % 40) as f64, (i / 40) as f64], triangles: 100, size: 9.0 };
         let entries: Vec<Entry> = (0..1600).map(entry).collect();
         let leaves = tree(&entries, [0.0, 0.0], [39.0, 39.0]);
         let mut found: Vec<u64> = leaves.iter().flat_map(|(_, entries)| entries).map(|entry| entry.at).collect();
@@ -200,9 +275,39 @@ mod tests {
     }
 
     #[test]
+    fn an_overview_holds_the_largest_and_tells_what_it_leaves_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = |i: u64| Entry {
+            at: i,
+            length: 1,
+            centre: [(i % 40) as f64, (i / 40) as f64],
+            triangles: 100,
+            size: (i * 7 % 1000) as f64,
+        };
+        let mut writer = CellWriter::create(folder.path()).unwrap();
+        for i in 0..1000 {
+            writer.push(entry(i)).unwrap();
+        }
+        let root = writer.root([0.0, 0.0], [39.0, 39.0]).unwrap();
+        let Split::Cells(_, overview) = root.split(folder.path(), 1e3).unwrap() else { panic!("not split") };
+        assert_eq!((overview.entries.len(), overview.omitted), (256, 743.0));
+        assert!(overview.entries.iter().all(|entry| entry.size >= 744.0));
+        assert!(overview.entries.is_sorted_by_key(|entry| entry.at));
+        // What has too many triangles for a tile is left out, and that is told.
+        let large = |i: u64| BySize(Entry { triangles: 20_000, ..entry(i) });
+        let overview = Overview::of((0..5).map(large).collect());
+        assert_eq!((overview.entries.len(), overview.omitted), (2, 14.0));
+    }
+
+    #[test]
     fn what_stands_in_one_place_is_dealt_out_in_order() {
-        let entry =
-            |i: u64| Entry { at: i, length: 1, centre: [5.0, 5.0], triangles: if i == 300 { 60_000 } else { 1 } };
+        let entry = |i: u64| Entry {
+            at: i,
+            length: 1,
+            centre: [5.0, 5.0],
+            triangles: if i == 300 { 60_000 } else { 1 },
+            size: 1.0,
+        };
         let entries: Vec<Entry> = (0..700).map(entry).collect();
         let leaves = tree(&entries, [5.0, 5.0], [5.0, 5.0]);
         let all: Vec<u64> = leaves.iter().flat_map(|(_, entries)| entries).map(|entry| entry.at).collect();

@@ -16,6 +16,9 @@ mod tests;
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::error::InputError;
 
 pub use geocentric::Geocentric;
@@ -42,7 +45,7 @@ pub fn proj_version() -> String {
 }
 
 /// A coordinate reference system.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Crs {
     /// WKT2 of the whole system (compound systems whole), as PROJ writes it.
     pub wkt: String,

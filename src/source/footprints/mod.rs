@@ -20,6 +20,7 @@ mod names;
 mod outline;
 mod postgis;
 mod reference_system;
+mod rings;
 mod shapefile;
 mod sqlite;
 mod sqlite_bounds;
@@ -43,6 +44,7 @@ use fetched::Fetched;
 use filter::Filter;
 use outline::Outline;
 pub(crate) use reference_system::extents_in;
+pub(crate) use rings::{Rings, polygons, rings};
 
 /// One footprint with usable geometry.
 #[derive(Debug, Clone)]

@@ -103,6 +103,11 @@ impl Tile {
                 self.stream_cloud(cloud, place, &mut out)?;
                 return Ok(reading);
             }
+            Origin::Elsewhere => {
+                out.reading.expected = 0;
+                out.reading.passed_over = layout.points;
+                return Ok(reading);
+            }
         };
         let mut file = BufReader::with_capacity(1 << 16, place.open()?);
         match &layout.compression {

@@ -67,6 +67,8 @@ pub(super) enum Origin {
     Spill(Spill),
     /// In a file of another kind.
     Cloud(Cloud, Place),
+    /// Nowhere that is to be looked at.
+    Elsewhere,
 }
 
 /// A LAS, LAZ or COPC file whose header has been read and checked; a PLY or text file that has been looked through; or
@@ -162,9 +164,27 @@ impl Tile {
         })
     }
 
+    /// A tile of which no more is to be known than where its points lie: nothing is opened and nothing is ever read of it.
+    pub fn elsewhere(path: &Path, points: u64, extent: Option<Extent>) -> Self {
+        let blank = Self::without_records(path, Origin::Elsewhere, points, 0);
+        Self { extent, stated_extent: extent, raw_extent: extent, has_classes: true, ..blank }
+    }
+
+    /// Whether nothing is ever read of it.
+    pub fn is_elsewhere(&self) -> bool {
+        matches!(self.origin, Origin::Elsewhere)
+    }
+
     fn of_cloud(path: &Path, opened: cloud::Opened) -> Self {
         let cloud::Opened { cloud, place, points, extent, size } = opened;
         let extent = (!extent.is_empty()).then_some(extent);
+        let (version, has_classes) = (cloud.describe(), cloud.has_classes());
+        let blank = Self::without_records(path, Origin::Cloud(cloud, place), points, size);
+        Self { extent, raw_extent: extent, version, has_classes, ..blank }
+    }
+
+    /// A tile without LAS records, of which nothing else is known.
+    fn without_records(path: &Path, origin: Origin, points: u64, size: u64) -> Self {
         let layout = Layout {
             version_minor: 0,
             point_format: 0,
@@ -180,21 +200,21 @@ impl Tile {
             header: las::Header::default(),
             crs: None,
             crs_fault: None,
-            extent,
+            extent: None,
             stated_extent: None,
             points,
             unannounced: 0,
-            version: cloud.describe(),
+            version: String::new(),
             point_format: 0,
             is_copc: false,
-            has_classes: cloud.has_classes(),
+            has_classes: false,
             covered: None,
             buildings: Arc::default(),
             layout,
-            origin: Origin::Cloud(cloud, place),
+            origin,
             placement: Placement::default(),
             parcels: None,
-            raw_extent: extent,
+            raw_extent: None,
         }
     }
 
@@ -231,6 +251,7 @@ impl Tile {
             (Origin::Las(_), false, None) => "LAS",
             (Origin::Spill(_), ..) => "points",
             (Origin::Cloud(cloud, _), ..) => cloud.kind(),
+            (Origin::Elsewhere, ..) => "elsewhere",
         }
     }
 

@@ -1,5 +1,7 @@
 //! Rasters that are written here, and read.
 
+use std::fs::File;
+
 use tempfile::tempdir;
 use tiff::encoder::colortype::{ColorType, Gray16, Gray32Float, Gray64Float, GrayI16};
 use tiff::encoder::compression::DeflateLevel;
