@@ -68,7 +68,9 @@ impl Quality {
     /// The quality of these buildings.
     pub fn of(buildings: &[BuildingReport]) -> Self {
         let mut tally = QualityTally::default();
-        buildings.iter().for_each(|building| tally.add(building));
+        for building in buildings {
+            tally.add(building);
+        }
         tally.quality()
     }
 }

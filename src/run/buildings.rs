@@ -84,8 +84,7 @@ pub(super) fn reconstruct_all(
     pool: &ThreadPool,
     observer: &dyn Observer,
     (records, is_safe): (&Records, bool),
-    grid_steps: i64,
-    reconstruct: impl Fn(&Site) -> Building + Sync,
+    (grid_steps, reconstruct): (i64, impl Fn(&Site) -> Building + Sync),
     mut write: impl FnMut(&Record<&Building>) -> Result<()>,
 ) -> Result<Told> {
     let counts = Counts { footprints: total, ..Counts::default() };
@@ -252,7 +251,7 @@ mod tests {
     ) -> Told {
         let (total, records) = (tasks.len(), Records::nameless().unwrap());
         let supply = Supply::collected(tasks);
-        reconstruct_all(&supply, total, pool, observer, (&records, false), 1, method, write).unwrap()
+        reconstruct_all(&supply, total, pool, observer, (&records, false), (1, method), write).unwrap()
     }
 
     /// A method that fails on building 3.

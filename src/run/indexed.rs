@@ -23,8 +23,11 @@ struct Wanted {
     crs: Crs,
     area: Option<[f64; 4]>,
     /// The footprints, each with what is looked at around it; `None` where there are none.
-    footprints: Option<RTree<GeomWithData<Rectangle<[f64; 2]>, ()>>>,
+    footprints: Option<Boxes>,
 }
+
+/// Rectangles in CRS units.
+type Boxes = RTree<GeomWithData<Rectangle<[f64; 2]>, ()>>;
 
 /// The job with indexes among its tiles replaced by those tiles that touch the footprints and the area that is wanted, as far
 /// as it is known where they lie.
@@ -124,7 +127,7 @@ fn boxes(
     within: Option<[f64; 4]>,
     area: Option<[f64; 4]>,
     journal: &Journal<'_>,
-) -> Result<Option<RTree<GeomWithData<Rectangle<[f64; 2]>, ()>>>> {
+) -> Result<Option<Boxes>> {
     let mut options = source.options.clone();
     options.within = within.map(|extent| Within { crs: crs.clone(), extent });
     let mut layer = footprints::read_until(&source.path, &options, &|| journal.interrupted())?;

@@ -35,7 +35,7 @@ impl<'a> Journal<'a> {
         let within = self.within();
         self.event(Event::Started { stage, total });
         let done = work(self)?;
-        let cpu = watch.cpu().map(|cpu| cpu.saturating_sub(self.within() - within));
+        let cpu = watch.cpu().map(|cpu| cpu.saturating_sub(self.within().saturating_sub(within)));
         self.end(stage, &watch, cpu);
         Ok(done)
     }

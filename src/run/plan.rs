@@ -132,8 +132,11 @@ impl Plan {
 /// # Errors
 /// As [`super::run`], as far as it can be told before the points are read.
 pub(super) fn plan(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
-    let listed = indexed::listed(job, journal)?;
-    let job = listed.as_ref();
+    plan_listed(indexed::listed(job, journal)?.as_ref(), journal)
+}
+
+/// The same of a job of which all tiles are named.
+fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
     let fed = job.fed.as_ref();
     let clouds = clouds::of_job(job)?;
     let names: Vec<PathBuf> = clouds.iter().flat_map(|cloud| &cloud.paths).cloned().collect();

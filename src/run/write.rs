@@ -148,7 +148,7 @@ impl Writer<'_> {
         let Told { counts, buildings, outdated } =
             journal.stage(Stage::Reconstruct, roster.len() as u64, |journal| {
                 let grid_steps = job.parameters.grid_steps().unwrap_or(1);
-                reconstruct_all(&supply, roster.len(), pool, journal, records, grid_steps, method, |record| {
+                reconstruct_all(&supply, roster.len(), pool, journal, records, (grid_steps, method), |record| {
                     let building = record.building;
                     if let Some(outlines) = &mut outlines {
                         outlines.add(building);

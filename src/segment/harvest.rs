@@ -188,7 +188,7 @@ impl Harvest {
                         let mut is_inside = false;
                         for (index, place) in footprints {
                             let local = to_local(&place.frame, position);
-                            if place.prepared.contains([local[0], local[1]]) {
+                            if place.prepared().contains([local[0], local[1]]) {
                                 harvest.points.entry(*index).or_default().push(local);
                                 is_inside = true;
                             }

@@ -240,7 +240,7 @@ fn finish(
             dropped.vegetation = vegetation::drop_vegetation(&mut points, options) as u64;
         }
         dropped.hovering = strays::drop_hovering(&mut points, options) as u64;
-        dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, &place.prepared, options) as u64;
+        dropped.beyond_party_wall = strays::drop_beyond_party_wall(&mut points, place.prepared(), options) as u64;
     }
     counts.kept = points.len() as u64;
     let (polygon, frame) = (&place.polygon, &place.frame);

@@ -11,7 +11,7 @@ use geo::{BoundingRect, MapCoords, MultiPolygon, coord};
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
 use std::collections::HashMap;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 /// Coordinates are rounded to this many steps per unit of the CRS, so that the same place has the same bits whatever
 /// the scale and offset of the tile that it comes from.
@@ -53,39 +53,47 @@ pub(super) struct Place {
     pub frame: Frame,
     /// In local metres.
     pub polygon: MultiPolygon<f64>,
-    /// The same, prepared.
-    pub prepared: PreparedPolygon,
+    prepared: OnceLock<PreparedPolygon>,
     /// The outline of its roof in local metres, where it is known.
     pub roofprint: Option<MultiPolygon<f64>>,
-    under_roof: Option<PreparedPolygon>,
+    under_roof: OnceLock<PreparedPolygon>,
+    /// Its id, attributes and notes; without its polygons.
+    pub about: Footprint,
     /// The box of both, CRS units; `None` when the footprint is empty.
     pub bounds: Option<Rectangle>,
 }
 
 impl Place {
-    fn of(footprint: &Footprint, metres_per_unit: [f64; 3]) -> Self {
+    fn of(footprint: Footprint, metres_per_unit: [f64; 3]) -> Self {
         let frame = frame_of(&footprint.polygon, metres_per_unit);
         let polygon = polygon_to_local(&frame, &footprint.polygon);
         let roofprint = footprint.roofprint.as_ref().map(|roof| polygon_to_local(&frame, roof));
         Self {
-            prepared: PreparedPolygon::new(&polygon),
-            under_roof: roofprint.as_ref().map(PreparedPolygon::new),
-            bounds: bounds(footprint),
+            prepared: OnceLock::new(),
+            under_roof: OnceLock::new(),
+            bounds: bounds(&footprint),
+            about: Footprint { polygon: MultiPolygon(Vec::new()), roofprint: None, ..footprint },
             frame,
             polygon,
             roofprint,
         }
     }
 
+    /// Its polygon, prepared: of those far from all points it never is.
+    pub fn prepared(&self) -> &PreparedPolygon {
+        self.prepared.get_or_init(|| PreparedPolygon::new(&self.polygon))
+    }
+
     /// Whether it contains a place, in snapped CRS units.
     pub fn contains(&self, position: [f64; 3]) -> bool {
         let [x, y, _] = to_local(&self.frame, position);
-        self.prepared.contains([x, y])
+        self.prepared().contains([x, y])
     }
 
     /// Whether its roof lies over a place in its local metres, as far as its outline is known.
     pub fn is_under_roof(&self, local: [f64; 3]) -> bool {
-        self.under_roof.as_ref().is_some_and(|roof| roof.contains([local[0], local[1]]))
+        let Some(roofprint) = &self.roofprint else { return false };
+        self.under_roof.get_or_init(|| PreparedPolygon::new(roofprint)).contains([local[0], local[1]])
     }
 
     /// The box around it and `width` metres more, CRS units; `None` when the footprint is empty.
@@ -149,18 +157,18 @@ impl Neighbourhood {
         self.shelf.len()
     }
 
-    /// Footprint `index` as it came, in the CRS.
-    pub fn footprint(&self, index: usize) -> Footprint {
-        self.shelf.get(index)
-    }
-
     /// Footprint `index` where it stands.
     pub fn place(&self, index: usize) -> Arc<Place> {
         if let Some(place) = self.ready.read().unwrap_or_else(PoisonError::into_inner).get(&index) {
             return place.clone();
         }
-        let place = Arc::new(Place::of(&self.shelf.get(index), self.metres_per_unit));
+        let place = Arc::new(Place::of(self.shelf.get(index), self.metres_per_unit));
         self.ready.write().unwrap_or_else(PoisonError::into_inner).entry(index).or_insert(place).clone()
+    }
+
+    /// How many are ready.
+    pub fn ready(&self) -> usize {
+        self.ready.read().unwrap_or_else(PoisonError::into_inner).len()
     }
 
     /// Lets go of those that `is_done` with; they are made ready again where they are asked for as neighbours.

@@ -34,6 +34,8 @@ use crate::terrain::GroundStore;
 /// Side of the squares of which the ground is forgotten once nobody asks for it any more, metres: a whole number of blocks
 /// of [`Thinned`], whatever its cells.
 const SQUARE: f64 = 64.0;
+/// With more footprints that are ready than this, those that are done with are let go of between tiles, too.
+const MOST_READY: usize = 4096;
 /// Where a footprint touches more squares than this, nothing is forgotten: to count them would take longer.
 const MOST_SQUARES: usize = 1 << 14;
 /// What lies this far beyond the reach of a footprint may change which point stands for a cell within it, metres.
@@ -357,8 +359,7 @@ impl<'a> Sweep<'a> {
         };
         let (finished, mut counts) = finish(points, ground, &place, &rectangles, self.options);
         let Finished { points, ground, coverage, covered } = finished;
-        let footprint = self.all.footprint(index);
-        let roof_height = roof_height::stated(&footprint, &place.frame, &ground, self.options);
+        let roof_height = roof_height::stated(&place.about, &place.frame, &ground, self.options);
         let local = |points: Vec<[f64; 3]>| points.into_iter().map(Point3::from).collect();
         let eaves = place.roofprint.as_ref().map(|outline| {
             let mut points = eaves.unwrap_or_default();
@@ -366,7 +367,7 @@ impl<'a> Sweep<'a> {
             points.dedup();
             Eaves { outline: outline.clone(), points: local(points) }
         });
-        let Footprint { id, attributes, mut notes, .. } = footprint;
+        let Footprint { id, attributes, mut notes, .. } = place.about.clone();
         let site = Site {
             id,
             frame: place.frame,
@@ -409,7 +410,12 @@ impl<'a> Sweep<'a> {
 
     /// Nobody asks any more for what was kept for a footprint.
     fn done(&self, index: usize) {
-        lock(&self.front).is_done[index] = true;
+        let mut front = lock(&self.front);
+        front.is_done[index] = true;
+        if self.all.ready() > MOST_READY {
+            self.all.release(|index| front.is_done[index]);
+        }
+        drop(front);
         let mut around = self.around.write().unwrap_or_else(PoisonError::into_inner);
         around.under_eaves.remove(&index);
         around.inner_ground.remove(&index);

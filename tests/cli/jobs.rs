@@ -279,7 +279,7 @@ fn a_job_that_is_done_is_not_done_again_and_one_that_was_killed_goes_on() {
         .spawn()
         .unwrap();
     let limit = Instant::now() + Duration::from_mins(2);
-    let lines = || std::fs::read(&kept).map_or(0, |bytes| bytes.iter().filter(|byte| **byte == b'\n').count());
+    let lines = || std::fs::read_to_string(&kept).map_or(0, |text| text.lines().count());
     while lines() < 6 && child.try_wait().unwrap().is_none() {
         assert!(Instant::now() < limit, "the job makes no headway");
         std::thread::sleep(Duration::from_micros(200));

@@ -152,7 +152,7 @@ impl JobPlan {
         let Options { parameters, field, field_identity: _, segmentation, attributes, point_cloud, translation } =
             self.options.clone();
         let title = Some(self.title.clone());
-        Job { title, parameters, field, segmentation, attributes, point_cloud, translation, ..Job::default() }
+        Job { translation, title, segmentation, parameters, field, attributes, point_cloud, ..Job::default() }
     }
 
     /// Refuses to go on with a network that is not that of the plan.

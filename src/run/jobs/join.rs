@@ -96,7 +96,7 @@ pub fn merge(merge: &Merge, observer: &dyn Observer) -> Result<Report> {
     let (counts, quality) = {
         let sink = target.sink(merge.overwrite, scratch.path(), heads, files.as_ref(), &mut outputs)?;
         let joiner = Joiner { plan: &plan, files: files.as_ref(), sink, spool: &mut spool };
-        joiner.join(&mut shelf, order, ids, &journal)?
+        joiner.join(&mut shelf, order.as_deref(), ids, &journal)?
     };
     if files.is_none() && !is_stream(&merge.output) {
         outputs.push(merge.output.clone());
@@ -304,7 +304,7 @@ impl Joiner<'_, '_> {
     fn join(
         mut self,
         shelf: &mut Shelf,
-        order: Option<Vec<usize>>,
+        order: Option<&[usize]>,
         ids: Ids,
         journal: &Journal<'_>,
     ) -> Result<(Counts, QualityTally)> {
@@ -316,7 +316,7 @@ impl Joiner<'_, '_> {
         let mut quality = QualityTally::default();
         journal.stage(Stage::Merge, total as u64, |journal| {
             for number in 0..total {
-                let index = order.as_ref().map_or(number, |order| order[number]);
+                let index = order.map_or(number, |order| order[number]);
                 if journal.interrupted() {
                     return Err(Error::Interrupted);
                 }

@@ -18,6 +18,7 @@ use crate::run::prepare;
 use crate::run::{Job, template};
 use crate::segment::{self, Company, SegmentOptions, TileTree};
 use crate::source::footprints;
+use crate::source::points::Tile;
 use crate::source::raster::Mosaic;
 
 /// Divides a run into jobs and writes the plan into `folder`. Of the job everything counts but its output, which is for
@@ -38,7 +39,7 @@ pub fn make(job: &Job, split: Split, folder: &PlanFolder, overwrite: bool, obser
     refuse_terrain_model(&run)?;
     folder.prepare(overwrite)?;
 
-    let reliable: Vec<bool> = pool.install(|| run.tiles.par_iter().map(|t| t.is_true_to_its_extent()).collect());
+    let reliable: Vec<bool> = pool.install(|| run.tiles.par_iter().map(Tile::is_true_to_its_extent).collect());
     let wanted: Vec<usize> = (0..run.footprints.len()).filter(|&index| run.is_wanted[index]).collect();
     let jobs = split.jobs(wanted.len());
     let planned = journal.stage(Stage::Plan, jobs as u64, |journal| {

@@ -115,7 +115,7 @@ impl Worker<'_> {
             let grid_steps = job.parameters.grid_steps().unwrap_or(1);
             let method = |site: &_| reconstruct(site, &job.parameters, &*field);
             let records = (checkpoint.records(), true);
-            reconstruct_all(&supply, total, &pool, journal, records, grid_steps, method, |record| {
+            reconstruct_all(&supply, total, &pool, journal, records, (grid_steps, method), |record| {
                 let Record { index, inputs, wall, cpu, building } = *record;
                 let index = places.get(index).copied().unwrap_or(usize::MAX);
                 part.write(&Record { index, inputs, wall, cpu, building })

@@ -71,7 +71,7 @@ pub(in crate::segment) fn look(
     let others = points_around(index, &place, all, &lows.others, options.ring_width);
     let has_walls = meaning.is_outline();
     let beside = if has_walls { points_around(index, &place, all, &lows.building, BESIDE) } else { Vec::new() };
-    let feet = feet::of(&place.prepared, points, &beside).filter(|_| has_walls);
+    let feet = feet::of(place.prepared(), points, &beside).filter(|_| has_walls);
     let open = from_lowest(&place.polygon, &others, options)
         .filter(|level| heights.is_empty() || level.height < middle - BELOW_MIDDLE);
     let walls = feet.filter(|feet| feet.is_wall);
@@ -179,7 +179,7 @@ fn points_around(index: usize, place: &Place, all: &Neighbourhood, thinned: &Thi
     if points.is_empty() {
         return Vec::new();
     }
-    let (frame, prepared) = (&place.frame, &place.prepared);
+    let (frame, prepared) = (&place.frame, place.prepared());
     let kept = points.into_iter().filter_map(|position| {
         let [x, y, z] = to_local(frame, position);
         let is_wanted = !prepared.contains([x, y])

@@ -58,7 +58,7 @@ impl ObjectReader {
         };
         if self.last.is_some_and(|(_, row)| row >= IN_A_ROW) {
             self.last = None;
-            self.window = Window::over(vec![self.at..self.object.size()], self.object.size());
+            self.window = Window::over(std::iter::once(self.at..self.object.size()).collect(), self.object.size());
             if let Some(bytes) = self.window.at(&self.object, self.at)? {
                 return Ok(copied(&bytes, buffer));
             }

@@ -129,7 +129,7 @@ mod tests {
         let ranges = vec![0..1000, 1010..2000, 50_000..51_000, 51_000..52_000, 52_200..53_000];
         assert_eq!(bridged(ranges), [0..2000, 50_000..53_000]);
         assert_eq!(bridged(vec![0..10, 8..20, 100..110]), [0..20, 100..110], "what overlaps is one");
-        assert_eq!(pieces(&[5..PIECE + 6]), [5..PIECE + 5, PIECE + 5..PIECE + 6]);
+        assert_eq!(pieces(std::slice::from_ref(&(5..PIECE + 6))), [5..PIECE + 5, PIECE + 5..PIECE + 6]);
         let window = Window::over(vec![90..200, 0..10, 300..400], 150);
         assert_eq!(window.pieces, [0..10, 90..150]);
     }

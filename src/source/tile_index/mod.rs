@@ -82,7 +82,7 @@ fn stac_of(path: &Path) -> Result<Option<Vec<IndexedTile>>> {
         let place = format!("line {}, column {}", e.line(), e.column());
         InputError::new(path, "something else", "JSON, as STAC and GeoJSON are").at(place).remedy(e.to_string())
     })?;
-    Ok(stac::tiles(path, &value)?)
+    stac::tiles(path, &value)
 }
 
 /// An index that is a file of polygons.

@@ -76,12 +76,15 @@ fn tile(path: &Path, item: &Value) -> Result<IndexedTile> {
 fn rank(asset: &Value) -> Option<u8> {
     let kind = asset["type"].as_str().unwrap_or_default().to_ascii_lowercase();
     let href = asset["href"].as_str()?.to_ascii_lowercase();
-    let name = href.split(['?', '#']).next().unwrap_or_default();
-    match () {
-        () if kind.contains("copc") || name.ends_with(".copc.laz") => Some(0),
-        () if name.ends_with(".laz") || kind.contains("laszip") => Some(1),
-        () if name.ends_with(".las") => Some(2),
-        () => None,
+    let name = Path::new(href.split(['?', '#']).next().unwrap_or_default());
+    let is_copc = name.file_stem().and_then(|stem| Path::new(stem).extension()).is_some_and(|part| part == "copc");
+    match name.extension().and_then(|extension| extension.to_str()) {
+        Some("laz") if is_copc => Some(0),
+        _ if kind.contains("copc") => Some(0),
+        Some("laz") => Some(1),
+        _ if kind.contains("laszip") => Some(1),
+        Some("las") => Some(2),
+        _ => None,
     }
 }
 
@@ -111,7 +114,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn item(assets: Value) -> Value {
+    fn item(assets: &Value) -> Value {
         json!({"type": "Feature", "stac_version": "1.0.0", "id": "a", "bbox": [4.0, 52.0, 0.0, 5.0, 53.0, 9.0],
             "geometry": null, "properties": {}, "assets": assets})
     }
@@ -120,14 +123,14 @@ mod tests {
     fn the_asset_that_can_be_read_in_parts_is_taken() {
         let base = Path::new("https://h.example/c/items.json");
         let best =
-            item(json!({"a": {"href": "./a.laz"}, "b": {"href": "b?sig=1", "type": "application/vnd.laszip+copc"},
+            item(&json!({"a": {"href": "./a.laz"}, "b": {"href": "b?sig=1", "type": "application/vnd.laszip+copc"},
             "c": {"href": "c.tif"}}));
         let found = tiles(base, &json!({"type": "FeatureCollection", "features": [best]})).unwrap().unwrap();
         assert_eq!(found[0].path, Path::new("https://h.example/c/b"));
         assert_eq!(found[0].extent, Some([4.0, 52.0, 5.0, 53.0]));
-        let message = tiles(base, &item(json!({"c": {"href": "c.tif"}}))).unwrap_err().to_string();
+        let message = tiles(base, &item(&json!({"c": {"href": "c.tif"}}))).unwrap_err().to_string();
         assert!(message.contains("item a") && message.contains("COPC"), "{message}");
-        let pages = json!({"type": "FeatureCollection", "features": [item(json!({"a": {"href": "a.laz"}}))],
+        let pages = json!({"type": "FeatureCollection", "features": [item(&json!({"a": {"href": "a.laz"}}))],
             "links": [{"rel": "next", "href": "https://h.example/next?token=secret"}]});
         let message = tiles(base, &pages).unwrap_err().to_string();
         assert!(message.contains("one page of several") && !message.contains("secret"), "{message}");

@@ -32,7 +32,7 @@ fn what_fails_once_is_tried_again() {
     let expected = std::fs::read(local).unwrap();
     for fault in [Answer::Status(503), Answer::Status(429), Answer::Cut, Answer::Half, Answer::Silent] {
         let out = tempdir().unwrap();
-        let answer = move |request: &Request| if request.number % 3 == 0 { fault } else { Answer::Well };
+        let answer = move |request: &Request| if request.number.is_multiple_of(3) { fault } else { Answer::Well };
         let (run, server) = run_from(folder.path(), out.path(), answer);
         assert_eq!(run.code, 0, "{fault:?}: {}", run.err);
         assert!(std::fs::read(out.path().join("out.city.json")).unwrap() == expected, "{fault:?}");

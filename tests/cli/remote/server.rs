@@ -1,6 +1,7 @@
 //! A web server with ranges and entity tags, which fails as it is told to.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -152,9 +153,9 @@ fn answer(stream: &TcpStream, folder: &Path, behaviour: &Behaviour, log: &Mutex<
         None => "HTTP/1.1 200 OK\r\n".to_owned(),
     };
     let (start, end) = range.unwrap_or((0, bytes.len()));
-    head += &format!("content-length: {}\r\nlast-modified: Mon, 02 Jan 2023 03:04:05 GMT\r\n", end - start);
+    let _ = write!(head, "content-length: {}\r\nlast-modified: Mon, 02 Jan 2023 03:04:05 GMT\r\n", end - start);
     if answer != Answer::Untagged {
-        head += &format!("etag: {tag}\r\n");
+        let _ = write!(head, "etag: {tag}\r\n");
     }
     head += "\r\n";
     out.write_all(head.as_bytes()).ok()?;

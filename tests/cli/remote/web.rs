@@ -1,5 +1,6 @@
 //! From a web server the same comes out as from files, and no more is read than is needed.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use tempfile::tempdir;
@@ -108,7 +109,7 @@ fn other_tiles_are_read_once() {
     header.point_format.is_compressed = false;
     let mut writer = las::Writer::from_path(folder.path().join("delft.las"), header.into_header().unwrap()).unwrap();
     for point in reader.read_all().unwrap().points().map(Result::unwrap) {
-        xyz += &format!("{} {} {} {}\n", point.x, point.y, point.z, u8::from(point.classification));
+        let _ = writeln!(xyz, "{} {} {} {}", point.x, point.y, point.z, u8::from(point.classification));
         writer.write_point(point).unwrap();
     }
     drop(writer);
