@@ -1,6 +1,7 @@
 //! What buildings are made of, and how: the options that `gable reconstruct` and `gable explain` share.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 use super::config::ConfigArgs;
 use super::field::FieldArgs;
@@ -66,6 +67,10 @@ pub struct MakingArgs {
     #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
     cloud: Vec<CloudSource>,
 
+    /// What a person has decided about buildings: a JSON file of edits, by which each of them is made
+    #[arg(long, value_name = "FILE", help_heading = RUN)]
+    edits: Option<PathBuf>,
+
     /// Number of threads [default: one per processor]
     #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true, help_heading = RUN)]
     jobs: Option<NonZeroUsize>,
@@ -103,6 +108,7 @@ impl MakingArgs {
             limit,
             roofprints,
             crs: self.crs,
+            edits: self.edits,
             placement: Placement::given(self.unit, self.up_axis),
             threads: self.jobs,
             segmentation: SegmentOptions {

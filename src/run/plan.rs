@@ -12,7 +12,8 @@ use super::limit::Area;
 use super::observer::{Event, Observer, Stage};
 use super::single::{Look, StandIns};
 use super::template::{Files, Template};
-use super::{checkpoint, classes, clouds, layer, output, roofprints, single, surveyed, terrain, tiles};
+use super::{checkpoint, classes, clouds, edited, layer, output, roofprints, single, surveyed, terrain, tiles};
+use crate::edits::Edits;
 use crate::error::{Error, InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
@@ -55,6 +56,8 @@ pub(super) struct Plan {
     has_stand_ins: bool,
     /// Where the ground points wait for the terrain; `None` where there is to be none.
     pub ground: Option<GroundStore>,
+    /// What a person has decided about buildings.
+    edits: Edits,
 }
 
 impl Plan {
@@ -87,6 +90,7 @@ impl Plan {
             segmentation: self.segmentation.clone(),
             has_stand_ins: self.has_stand_ins,
             ground: None,
+            edits: self.edits.clone(),
         }
     }
 
@@ -123,7 +127,13 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
         let sheets = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
-        let inputs = paths.iter().chain(&sheets).chain(&job.roofprints).map(PathBuf::as_path).chain(footprint_path);
+        let inputs = paths
+            .iter()
+            .chain(&sheets)
+            .chain(&job.roofprints)
+            .chain(&job.edits)
+            .map(PathBuf::as_path)
+            .chain(footprint_path);
         output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
@@ -172,6 +182,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             journal.warn(&warning);
         }
         let ground = terrain::store(job, model.as_deref(), &crs)?;
+        let edits = edited::read(job, &crs)?;
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let name =
             stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
@@ -222,6 +233,7 @@ pub(super) fn plan(job: &Job, journal: &mut Journal<'_>) -> Result<Plan> {
             segmentation,
             has_stand_ins,
             ground,
+            edits,
         })
     })
 }
@@ -312,6 +324,7 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &mut Journal<
     }
     let mut tasks = boxed(sites, notes, plan.has_stand_ins);
     tasks.extend(std::mem::take(&mut plan.rejected).into_iter().map(|feature| layer::rejected(feature, &plan.crs)));
+    edited::give(&plan.edits, &mut tasks, journal);
     if let Some(files) = &plan.files {
         // One file is written after the other.
         tasks.sort_by_key(|task| files.of_building.get(task.id()));

@@ -221,6 +221,7 @@ fn join(
             eaves,
             attributes,
             record: Record { roof_height: roofs.get(&index).copied(), ..Record::default() },
+            edits: Vec::new(),
         });
         let mut own_notes = footprint.notes;
         own_notes.extend(stated.notes.get(&index).cloned());
