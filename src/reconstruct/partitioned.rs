@@ -77,10 +77,10 @@ impl<'a> Partitioned<'a> {
     /// there.
     pub(super) fn evidence_of_roofs(&self) -> Cow<'_, [Point3<f64>]> {
         let asserted = &self.hypotheses.asserted;
-        match asserted.is_empty() {
-            true => Cow::Borrowed(&self.site.points),
-            false => Cow::Owned([&self.site.points[..], asserted].concat()),
+        if asserted.is_empty() {
+            return Cow::Borrowed(&self.site.points);
         }
+        Cow::Owned([&self.site.points[..], asserted].concat())
     }
 
     /// The cells whose label is not known yet.

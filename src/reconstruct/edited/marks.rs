@@ -1,8 +1,9 @@
 //! Places that are inside or outside: the cells around them get hard links in the cut.
 
+use nalgebra::Point3;
+
 use super::{Tally, local, picked};
 use crate::edits::Action;
-use crate::geometry::Plane;
 use crate::reconstruct::Partitioned;
 use crate::reconstruct::complex::CellId;
 
@@ -51,15 +52,10 @@ impl Partitioned<'_> {
     }
 
     /// The cell that a place is in; of several that meet there the one that it is deepest in.
-    fn cell_at(&self, place: &nalgebra::Point3<f64>) -> Option<CellId> {
+    fn cell_at(&self, place: &Point3<f64>) -> Option<CellId> {
         const TOLERANCE: f64 = 1e-6;
-        let distances: Vec<f64> = self
-            .complex
-            .planes
-            .iter()
-            .map(|plane| plane.to_plane())
-            .map(|plane: Plane| plane.distance(place))
-            .collect();
+        let planes = self.complex.planes.iter();
+        let distances: Vec<f64> = planes.map(|plane| plane.to_plane().distance(place)).collect();
         let depth = |cell: CellId| {
             let facets = &self.complex.cells[cell as usize].facets;
             let own = facets.iter().map(|facet| {

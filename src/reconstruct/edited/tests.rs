@@ -63,13 +63,16 @@ fn bytes(building: &Building) -> String {
     serde_json::to_string(building).unwrap()
 }
 
+/// What stands in the tower; its walls were not scanned, and are known to a pixel of the roof map.
 const TOWER: f64 = 5.0 * 5.0 * 4.0;
 const HALL: f64 = 20.0 * 16.0 * 6.0;
+/// Half a metre on each side of the tower is a fifth of it.
+const OF_TOWER: f64 = 25.0;
 
 #[test]
 fn a_plane_that_is_off_is_not_modelled_and_comes_back_when_it_is_on() {
     let before = made([]);
-    assert!((volume(&before) - HALL - TOWER).abs() < 15.0 && before.measures.edits.is_none());
+    assert!((volume(&before) - HALL - TOWER).abs() < OF_TOWER && before.measures.edits.is_none());
     let tower = plane_at([10.3, 14.7], [6.3, 10.7], 10.0);
     let off = Action::SwitchPlane { plane: tower.clone(), on: false };
     let without = made([off.clone()]);
@@ -87,7 +90,7 @@ fn a_plane_that_nobody_scanned_is_added_and_one_that_was_is_found_in_its_points(
     let asserted = made([add(level([2.0, 7.0], [2.0, 7.0], 9.0), true)]);
     all_apply(&asserted);
     let more = volume(&asserted) - volume(&made([]));
-    assert!((more - 25.0 * 3.0).abs() < 8.0, "{more}");
+    assert!((more - 25.0 * 3.0).abs() < 15.0, "{more}");
     let refused = made([add(level([2.0, 7.0], [2.0, 7.0], 9.0), false)]);
     assert!(refused.notes.iter().any(|note| note.contains("edit 1 (add-plane)") && note.contains("0 point(s)")));
     // Through the points of the tower, of which the detector is told to see none.
@@ -96,7 +99,7 @@ fn a_plane_that_nobody_scanned_is_added_and_one_that_was_is_found_in_its_points(
     let level = Action::AddPlane { places, lie: Some(Lie::Level), unseen: false };
     let again = made([Action::SwitchPlane { plane: tower, on: false }, level]);
     all_apply(&again);
-    assert!((volume(&again) - HALL - TOWER).abs() < 15.0, "{}", volume(&again));
+    assert!((volume(&again) - HALL - TOWER).abs() < OF_TOWER, "{}", volume(&again));
 }
 
 #[test]
@@ -144,7 +147,7 @@ fn floor_points_and_parameters_are_the_buildings_own() {
     let raised = made([Action::SetFloor { height: ORIGIN[2] + 1.0 }]);
     all_apply(&raised);
     assert_eq!(raised.measures.ground.map(|ground| (ground.height, ground.source)), Some((1.0, GroundSource::Edit)));
-    assert!((volume(&raised) - HALL * 5.0 / 6.0 - TOWER).abs() < 15.0);
+    assert!((volume(&raised) + HALL / 6.0 - volume(&made([]))).abs() < 1.0, "{}", volume(&raised));
     let ring = [[9.8, 5.8], [15.2, 5.8], [15.2, 11.2], [9.8, 11.2]].map(flat).to_vec();
     let region = Region::Polygon { ring, heights: Some([9.0 + ORIGIN[2], 99.0]) };
     let lower = made([Action::ExcludePoints { region }]);
@@ -158,12 +161,13 @@ fn floor_points_and_parameters_are_the_buildings_own() {
 
 #[test]
 fn footprints_are_redrawn_split_and_merged() {
+    let before = volume(&made([]));
     let edge = [[20.0, 0.1], [20.1, 16.0]].map(flat);
     let wider = made([Action::OffsetEdge { edge, distance: 1.0 }]);
     all_apply(&wider);
-    assert!((volume(&wider) - HALL - TOWER - 96.0).abs() < 15.0, "{}", volume(&wider));
+    assert!((volume(&wider) - before - 96.0).abs() < 5.0, "{} {before}", volume(&wider));
     let narrower = made([Action::OffsetEdge { edge, distance: -2.0 }]);
-    assert!((volume(&narrower) - HALL - TOWER + 192.0).abs() < 15.0, "{}", volume(&narrower));
+    assert!((volume(&narrower) - before + 192.0).abs() < 5.0, "{} {before}", volume(&narrower));
     let split = made([Action::SplitParts { line: vec![flat([5.0, 0.0]), flat([5.0, 16.0])] }]);
     all_apply(&split);
     assert_eq!((split.model.lod22().count(), made([]).model.lod22().count()), (2, 1));
@@ -175,7 +179,7 @@ fn footprints_are_redrawn_split_and_merged() {
     let merged = made([apart, Action::MergeParts { gap: 0.5 }]);
     all_apply(&merged);
     assert_eq!(merged.model.lod22().count(), 1);
-    assert!((volume(&merged) - HALL - TOWER).abs() < 15.0, "{}", volume(&merged));
+    assert!((volume(&merged) - before).abs() < 5.0, "{} {before}", volume(&merged));
     let bow = vec![vec![[[0.0, 0.0], [20.0, 16.0], [20.0, 0.0], [0.0, 10.0]].map(flat).to_vec()]];
     let bad = made([Action::RedrawFootprint { polygons: bow }]);
     assert!(bad.measures.edits.unwrap().refused[0].why.contains("invalid"));
