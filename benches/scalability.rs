@@ -48,6 +48,7 @@ fn main() {
             support: &support,
             fixed: &fixed,
             height_field: false,
+            marked: &[],
             noise: 0.0,
         };
         let start = Instant::now();

@@ -44,7 +44,8 @@ impl Ball {
 
     fn cut(&self) -> Vec<bool> {
         let Self { occupancy, volumes, areas, support, fixed, .. } = self;
-        let evidence = Evidence { occupancy, volumes, areas, support, fixed, height_field: false, noise: 0.0 };
+        let evidence =
+            Evidence { occupancy, volumes, areas, support, fixed, marked: &[], height_field: false, noise: 0.0 };
         label(&self.complex, &evidence, &LabellingParameters::default())
     }
 }

@@ -235,6 +235,39 @@ pub struct Measures {
     pub faults_lod22: Vec<u16>,
     /// The attempts at LoD 2.2 that came to nothing, finest first.
     pub setbacks: Vec<Setback>,
+    /// What became of the edits of the building; `None` where it has none.
+    #[serde(default)]
+    pub edits: Option<EditTally>,
+}
+
+/// What became of the edits of a building.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct EditTally {
+    /// How many apply.
+    pub applied: usize,
+    /// Those that no longer apply, or never did.
+    pub refused: Vec<RefusedEdit>,
+}
+
+impl EditTally {
+    /// What its reader should know.
+    pub fn notes(&self) -> impl Iterator<Item = String> + '_ {
+        let note = |RefusedEdit { number, action, why }: &RefusedEdit| {
+            format!("edit {number} ({action}) does not apply: {why}")
+        };
+        self.refused.iter().map(note)
+    }
+}
+
+/// An edit that does not apply.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct RefusedEdit {
+    /// Its number among the edits of the building, from 1.
+    pub number: usize,
+    /// Its action, as it stands in the file of edits.
+    pub action: String,
+    /// Why it does not apply.
+    pub why: String,
 }
 
 /// What making a model again brought.

@@ -13,6 +13,7 @@
 //! - [`reconstruct`] is the method of *Reconstructing Compact Building Models from Point Clouds Using Deep
 //!   Implicit Fields* (Chen, Ledoux, Khademi, Nan, 2022): pure, deterministic, one building at a time.
 //! - [`network`] runs the networks whose implicit field the method asks.
+//! - [`edits`] are what a person decides about a building, as data that it follows.
 //! - [`solid`] is what it returns, on the integer grid of the output.
 //! - [`validate`] decides whether a solid may be written.
 //! - [`terrain`] makes the ground between the buildings.
@@ -26,9 +27,10 @@
 //! - [`trial`] tries fields on such scans.
 //! - [`audit`] validates city model files, from anyone.
 //! - [`view`] makes a page to look at a city model in, [`explain`] one of how a building was made.
+//! - [`edit`] is what a person mends single buildings with.
 //! - [`capi`] is the C interface.
 //!
-//! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view, explain} → {convert, run, simulate} → {source,
+//! A lower floor never imports a higher one: `{cli, capi} → {pipeline, trial, view, explain, edit} → {convert, run, simulate} → {source,
 //! segment, terrain, sink, network} → reconstruct →
 //! completeness → {solid, site} → geometry`.
 
@@ -41,6 +43,8 @@ pub mod capi;
 pub mod cli;
 pub mod completeness;
 pub mod convert;
+pub mod edit;
+pub mod edits;
 pub mod error;
 pub mod evaluate;
 pub mod explain;

@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::edits::Edit;
 use crate::record::Record;
 
 /// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
@@ -75,6 +76,8 @@ pub enum GroundSource {
     ScannedFloor,
     /// The bottom face of the axis-aligned bounding box, for want of all these.
     BoundingBox,
+    /// A person who edited the building.
+    Edit,
 }
 
 /// The ground around a building.
@@ -132,6 +135,8 @@ pub struct Site {
     pub attributes: Map<String, Value>,
     /// What is known of it otherwise.
     pub record: Record,
+    /// What a person has decided about it, in the order in which it was decided; coordinates are those of the CRS.
+    pub edits: Vec<Edit>,
 }
 
 /// The roof of a building beyond its footprint.
@@ -164,6 +169,7 @@ impl Site {
             eaves: None,
             attributes: Map::new(),
             record: Record::default(),
+            edits: Vec::new(),
         }
     }
 

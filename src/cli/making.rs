@@ -1,6 +1,7 @@
 //! What buildings are made of, and how: the options that `gable reconstruct` and `gable explain` share.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 use super::config::ConfigArgs;
 use super::field::FieldArgs;
@@ -67,6 +68,10 @@ pub struct MakingArgs {
     #[arg(long, value_name = "NAME=TILES", value_parser = cloud, help_heading = POINTS)]
     cloud: Vec<CloudSource>,
 
+    /// What a person has decided about buildings: a JSON file of edits, by which each of them is made
+    #[arg(long, value_name = "FILE", help_heading = RUN)]
+    edits: Option<PathBuf>,
+
     // Spelt out before this grammar reads the words; see there.
     #[command(flatten)]
     _config: ConfigArgs,
@@ -108,6 +113,7 @@ impl MakingArgs {
             limit,
             roofprints,
             crs: self.crs,
+            edits: self.edits,
             placement: Placement::given(self.unit, self.up_axis),
             segmentation: SegmentOptions {
                 building_classes: self.building_class,

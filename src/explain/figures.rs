@@ -105,6 +105,7 @@ fn ground_source(source: GroundSource) -> &'static str {
         GroundSource::LowestPoints => "the lowest points around",
         GroundSource::ScannedFloor => "the floor, which was scanned",
         GroundSource::BoundingBox => "the lowest of its own points",
+        GroundSource::Edit => "a person who edited it",
     }
 }
 

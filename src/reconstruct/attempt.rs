@@ -2,7 +2,9 @@
 
 use geo::MultiPolygon;
 
+use super::edited::Tally;
 use super::fit::Fit;
+use super::means::Means;
 use super::steps::Steps;
 use super::{Detected, Failure, Parameters, Solution, StrayWall, density};
 use crate::building::Measures;
@@ -27,6 +29,8 @@ pub(super) struct Attempt {
     pub(super) overhanging: Option<Result<Vec<Solid>, String>>,
     /// What each step made of it, if that is to be told.
     pub(super) steps: Option<Box<Steps>>,
+    /// What became of the edits of planes and places.
+    pub(super) tally: Tally,
 }
 
 impl Attempt {
@@ -41,12 +45,14 @@ impl Attempt {
             fit: None,
             overhanging: None,
             steps,
+            tally: Tally::default(),
         }
     }
 
     /// None was made; what is seen of the roofs is enough for a block.
-    pub(super) fn of_roofs(site: &Site, parameters: &Parameters, failure: Failure, steps: Option<Box<Steps>>) -> Self {
-        let detected = match Detected::new(site, parameters) {
+    pub(super) fn of_roofs(site: &Site, parameters: &Parameters, failure: Failure, means: Means) -> Self {
+        let steps = means.begin(site, parameters);
+        let detected = match Detected::by(means, site, parameters) {
             Ok(detected) => detected,
             Err(failure) => return Self::failed(site, failure, steps),
         };
@@ -55,7 +61,8 @@ impl Attempt {
         seen.measures.primitives = detected.count;
         seen.measures.point_density = density(site);
         let Solution { measures, outline, roof_points, strays, .. } = seen;
-        Self { measures, outline, result: Err(failure), roof_points, strays, fit: None, overhanging: None, steps }
+        let (result, tally) = (Err(failure), detected.tally);
+        Self { measures, outline, result, roof_points, strays, fit: None, overhanging: None, steps, tally }
     }
 }
 

@@ -89,7 +89,8 @@ pub(super) fn of_model(measures: &Measures, area: Option<f64>) -> Option<f64> {
             GroundSource::Attribute
             | GroundSource::TerrainModel
             | GroundSource::GroundPoints
-            | GroundSource::ScannedFloor,
+            | GroundSource::ScannedFloor
+            | GroundSource::Edit,
         )
         | None => 1.0,
     };

@@ -1,14 +1,15 @@
 //! Which field decides: the one that was asked for, or the vote where that one cannot be believed.
 
 use super::Partitioned;
-use super::occupancy::{Occupancy, OccupancyError};
+use super::means::Means;
+use super::occupancy::OccupancyError;
 
 /// A field that calls less than this share of the volume under the roofs that were seen inside is not believed: shapes
 /// that are no height field lack less, and a network that met nothing like this building in its training lacks more.
 const LEAST_AGREEMENT: f64 = 0.4;
 
 /// The occupancy of the cells of a building, and whose it is.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Decision {
     /// How much each cell is inside, 0 to 1.
     pub occupancy: Vec<f64>,
@@ -20,13 +21,13 @@ pub(super) struct Decision {
 
 impl Decision {
     /// What a height field says: the vote, or one of the caller's own.
-    pub fn by_height_field(field: &dyn Occupancy, building: &Partitioned) -> Result<Self, OccupancyError> {
-        Ok(Self { occupancy: field.occupancy(building)?, height_field: true, fallback: None })
+    pub fn by_height_field(means: Means, building: &Partitioned) -> Result<Self, OccupancyError> {
+        Ok(Self { occupancy: means.occupancy(building)?, height_field: true, fallback: None })
     }
 
     /// Asks the field, and takes `vote` where the field cannot be believed.
-    pub fn new(field: &dyn Occupancy, building: &Partitioned, vote: Self) -> Self {
-        let fallback = match field.occupancy(building) {
+    pub fn new(means: Means, building: &Partitioned, vote: Self) -> Self {
+        let fallback = match means.occupancy(building) {
             Err(error) => error.to_string(),
             Ok(occupancy) => {
                 let [inside, under_roofs, both] = compare(building, &occupancy, &vote.occupancy);

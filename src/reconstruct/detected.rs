@@ -1,12 +1,15 @@
 //! The planes that were found in the points of a building, before anything is concluded from them.
 
 use std::cmp::Reverse;
+use std::sync::Arc;
 
 use nalgebra::Point3;
 
+use super::edited::Tally;
 use super::hypotheses::WALL_VERTICALITY;
+use super::means::Means;
 use super::primitives::undersides::Tops;
-use super::primitives::{self, Primitive, connected};
+use super::primitives::{Primitive, connected};
 use super::{Failure, Parameters};
 use crate::building::Reason;
 use crate::geometry::seed_of;
@@ -16,7 +19,7 @@ use crate::site::Site;
 const GROUND_FLOOR: f64 = 0.5;
 
 /// The planes of a building by what they are parts of.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Detected {
     /// Planes seen from above; those that a revision added come last.
     pub roofs: Vec<Primitive>,
@@ -28,18 +31,29 @@ pub struct Detected {
     pub covered: Vec<bool>,
     /// How many planes were detected in the first place.
     pub count: usize,
-    /// How many of the roofs were added because a model had left their points unexplained.
+    /// How many of the roofs were added: by a person, or because a model had left their points unexplained.
     pub revised: usize,
+    /// Walls that a person added.
+    pub added_walls: Vec<Primitive>,
+    /// The points of planes that a person switched off, ascending: none is made of them anew.
+    pub off: Vec<u32>,
     /// Standard deviation of the points across the surfaces that they sample, metres.
     pub noise: f64,
+    /// What became of the edits of planes.
+    pub(super) tally: Tally,
 }
 
 impl Detected {
-    /// Detects the planes of a site (paper, section 3.1).
+    /// Detects the planes of a site (paper, section 3.1), and applies its edits to them.
     ///
     /// # Errors
     /// Fails where there is no point.
     pub fn new(site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
+        Self::by(Means::plain(), site, parameters)
+    }
+
+    /// The same by what the method has at hand.
+    pub(super) fn by(means: Means, site: &Site, parameters: &Parameters) -> Result<Self, Failure> {
         if site.points.is_empty() {
             if let Some(outdated) = site.record.cloud.as_ref().and_then(|of| of.outdated.as_ref()) {
                 return Err(Failure::new(Reason::Outdated, outdated));
@@ -47,7 +61,7 @@ impl Detected {
             let reason = if site.coverage.is_complete() { Reason::NoPoints } else { Reason::Incomplete };
             return Err(Failure::new(reason, "no building point lies in the footprint"));
         }
-        let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
+        let detection = Arc::unwrap_or_clone(means.detect(&site.points, parameters, seed_of(&site.id)));
         let (mut roofs, walls): (Vec<Primitive>, Vec<Primitive>) =
             detection.primitives.into_iter().partition(|p| p.plane.verticality() <= WALL_VERTICALITY);
         let count = roofs.len() + walls.len();
@@ -55,7 +69,20 @@ impl Detected {
         roofs = roofs.into_iter().flat_map(|roof| connected::parts(&site.points, roof, spacing)).collect();
         roofs.sort_by_key(|roof| Reverse(roof.inliers.len()));
         let (undersides, covered) = take_covered(&site.points, site.ground.height, &mut roofs, &walls);
-        Ok(Self { roofs, undersides, walls, covered, count, revised: 0, noise: detection.noise })
+        let mut detected = Self {
+            roofs,
+            undersides,
+            walls,
+            covered,
+            count,
+            revised: 0,
+            added_walls: Vec::new(),
+            off: Vec::new(),
+            noise: detection.noise,
+            tally: Tally::default(),
+        };
+        detected.edit(site);
+        Ok(detected)
     }
 }
 

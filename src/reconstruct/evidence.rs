@@ -38,7 +38,8 @@ fn with_evidence<T>(
     let areas = complex.facet_areas();
     let support = facet_support(complex, hypotheses, fixed);
     let noise = hypotheses.noise;
-    ask(&Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, height_field, noise })
+    let (fixed, marked) = (&*building.decided(), &building.marked[..]);
+    ask(&Evidence { occupancy, volumes, areas: &areas, support: &support, fixed, marked, height_field, noise })
 }
 
 /// Share of each facet that the evidence asks for, so that it costs no smoothness: roofs where the roof map sees their

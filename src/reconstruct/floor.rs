@@ -11,8 +11,9 @@ use nalgebra::Point3;
 
 use super::Parameters;
 use super::hypotheses::WALL_VERTICALITY;
+use super::means::Means;
+use super::primitives::Primitive;
 use super::primitives::undersides::Tops;
-use super::primitives::{self, Primitive};
 use crate::geometry::seed_of;
 use crate::site::{Ground, GroundSource, Site};
 
@@ -31,15 +32,20 @@ const FEWEST: usize = 5;
 const MOST_HIDDEN: f64 = 3.0;
 
 /// A site without a footprint on the floor that its points show, where its ground is only guessed.
-pub(super) fn found<'a>(site: &'a Site, parameters: &Parameters, notes: &mut Vec<String>) -> Cow<'a, Site> {
+pub(super) fn found<'a>(
+    site: &'a Site,
+    parameters: &Parameters,
+    means: Means,
+    notes: &mut Vec<String>,
+) -> Cow<'a, Site> {
     let is_own = matches!(site.ground.source, GroundSource::LowestPoints | GroundSource::BoundingBox);
     if !(is_own || site.ground.source == GroundSource::Neighbours) || site.footprint.is_some() || site.points.is_empty()
     {
         return Cow::Borrowed(site);
     }
-    let detection = primitives::detect(&site.points, parameters, seed_of(&site.id));
+    let detection = means.detect(&site.points, parameters, seed_of(&site.id));
     let level: Vec<Primitive> =
-        detection.primitives.into_iter().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).collect();
+        detection.primitives.iter().cloned().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).collect();
     let tops = Tops::new(&site.points, &level);
     let (below, roofs): (Vec<_>, Vec<_>) = (0..).zip(&level).partition(|(label, plane)| tops.cover(plane, *label));
     let [below, roofs] = [below, roofs].map(|planes| planes.into_iter().map(|(_, plane)| plane).collect::<Vec<_>>());
@@ -148,7 +154,7 @@ mod tests {
     }
 
     fn floor(site: &Site) -> (f64, GroundSource) {
-        let found = found(site, &Parameters::default(), &mut Vec::new()).into_owned();
+        let found = found(site, &Parameters::default(), Means::plain(), &mut Vec::new()).into_owned();
         (found.ground.height, found.ground.source)
     }
 

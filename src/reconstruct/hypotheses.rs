@@ -38,7 +38,7 @@ const STRAY_DISTANCE: f64 = 0.5;
 const SAME_LINE: f64 = 0.35;
 
 /// All planes that cut the box, and the evidence about the roof.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Hypotheses {
     /// Detected roofs first, in the order of detection, then undersides, then walls.
     pub primitives: Vec<Primitive>,
@@ -62,6 +62,8 @@ pub struct Hypotheses {
     pub seen_walls: Vec<(usize, Aabb)>,
     /// The walls that were scanned where neither the footprint nor a step of the roof has one.
     pub strays: Vec<StrayWall>,
+    /// The corners of roofs on which no point was scanned, but which a person says are there.
+    pub asserted: Vec<Point3<f64>>,
     /// The box to cut: its bottom is the ground.
     pub bounds: Aabb,
     /// Standard deviation of the points across the surfaces that they sample, metres.
@@ -97,7 +99,8 @@ impl Hypotheses {
         }
         let map = RoofMap::new(&site.points, &roofs, footprint.as_ref(), WALL_VERTICALITY)
             .ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane lies in the footprint"))?;
-        let bounds = bounds(site, &roofs, footprint.as_ref(), detected.noise)?;
+        let asserted: Vec<Point3<f64>> = roofs.iter().filter_map(Primitive::asserted).flatten().copied().collect();
+        let bounds = bounds(site, &roofs, &asserted, footprint.as_ref(), detected.noise)?;
         let regions = map.extremes(roofs.len());
         for (roof, region) in roofs.iter_mut().zip(&regions) {
             reach(roof, region);
@@ -113,6 +116,7 @@ impl Hypotheses {
             outline,
             seen_walls: Vec::new(),
             strays: Vec::new(),
+            asserted,
             map,
             footprint,
             bounds,
@@ -182,6 +186,8 @@ impl Hypotheses {
                 .filter(|stray| stray.length >= STRAY_LENGTH && stray.distance > far && stray.distance.is_finite())
                 .collect();
         }
+        let drawn: Vec<Trace> = detected.added_walls.iter().filter_map(drawn_trace).collect();
+        self.primitives.extend(drawn.iter().map(|wall| wall.primitive(heights, JUMP_MARGIN)));
         // Walls that stand back under a roof are in no outline and no height jump.
         for (trace, aabb, _) in walls.iter().filter(|(.., covered)| *covered) {
             if edges.iter().chain(&jumps).all(|known| known.deviation(trace) > SAME_LINE) {
@@ -248,10 +254,11 @@ fn flat_roof(points: &[Point3<f64>]) -> Result<Primitive, Failure> {
 fn bounds(
     site: &Site,
     roofs: &[Primitive],
+    asserted: &[Point3<f64>],
     footprint: Option<&MultiPolygon<f64>>,
     noise: f64,
 ) -> Result<Aabb, Failure> {
-    let seen = roofs.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize));
+    let seen = roofs.iter().flat_map(|p| &p.inliers).filter_map(|&i| site.points.get(i as usize)).chain(asserted);
     let mut bounds = Aabb::of(seen).ok_or_else(|| Failure::new(Reason::NoPrimitives, "no roof plane has points"))?;
     if let Some(rect) = footprint.and_then(geo::BoundingRect::bounding_rect) {
         (bounds.min[0], bounds.min[1]) = rect.min().x_y();
@@ -309,6 +316,14 @@ fn wall_trace(wall: &Primitive, points: &[Point3<f64>]) -> Option<Trace> {
     }
     trace.span = [from, to];
     (from < to).then_some(trace)
+}
+
+/// The trace of a wall that a person added: along the longest side of what was drawn of it.
+fn drawn_trace(wall: &Primitive) -> Option<Trace> {
+    let Extent::Patch(corners) = &wall.extent else { return None };
+    let pairs = corners.iter().flat_map(|a| corners.iter().map(move |b| [a.xy(), b.xy()]));
+    let [a, b] = pairs.max_by(|[a, b], [c, d]| (a - b).norm_squared().total_cmp(&(c - d).norm_squared()))?;
+    Trace::between(a, b, PrimitiveKind::HeightJump)
 }
 
 /// Main directions for want of walls: those in which the roofs descend, else those of the smallest rectangle around their

@@ -160,6 +160,7 @@ mod tests {
             fit: None,
             steps: None,
             overhanging: None,
+            tally: super::super::edited::Tally::default(),
         }
     }
 

@@ -11,6 +11,7 @@ pub mod complex;
 pub(crate) mod confidence;
 mod decision;
 mod detected;
+mod edited;
 mod evidence;
 mod fit;
 mod floor;
@@ -20,7 +21,9 @@ mod hypotheses;
 pub mod labelling;
 mod ladder;
 mod levels;
+mod means;
 mod measures;
+mod memory;
 pub mod occupancy;
 mod open_ground;
 mod outline;
@@ -42,9 +45,11 @@ mod unmodelled;
 
 use attempt::{Attempt, first_measures};
 pub use detected::Detected;
+pub use edited::equation;
 pub use evidence::label;
 pub use hypotheses::{Hypotheses, StrayWall};
 pub use levels::{Level, Levels};
+pub use memory::Memory;
 pub use parameters::{OpenGround, Parameters, Partial, Partition};
 pub use partitioned::Partitioned;
 pub use steps::{Asked, Cut, Partitioning, Steps, Surfaced};
@@ -54,10 +59,12 @@ use std::borrow::Cow;
 use geo::MultiPolygon;
 use nalgebra::Point3;
 
-use crate::building::{Building, Measures, Outcome, Reason};
+use crate::building::{Building, EditTally, Measures, Outcome, Reason};
 use crate::site::{GroundSource, Site};
 use crate::solid::{Model, Solid};
+use edited::Tally;
 use fit::Fit;
+use means::{Means, Telling};
 use occupancy::Occupancy;
 use solution::Solution;
 use standing::Standing;
@@ -68,50 +75,54 @@ use standing::Standing;
 /// Where the method comes to nothing it is tried again with coarser tolerances; the attempts that failed stand in
 /// [`Measures::setbacks`].
 pub fn reconstruct(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> Building {
-    reconstruct_and_tell(site, parameters, field, Telling::Result).0
+    let means = Means { field, telling: Telling::Result, memory: None };
+    reconstruct_and_tell(site, parameters, means).0
 }
 
 /// The same, with what each step made of it. The building is that of [`reconstruct`], to the last bit.
 pub fn reconstruct_in_steps(site: &Site, parameters: &Parameters, field: &dyn Occupancy) -> (Building, Steps) {
-    let (building, steps) = reconstruct_and_tell(site, parameters, field, Telling::Steps);
+    let means = Means { field, telling: Telling::Steps, memory: None };
+    let (building, steps) = reconstruct_and_tell(site, parameters, means);
     (building, steps.map(|steps| *steps).unwrap_or_default())
 }
 
-/// What is told of a building.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Telling {
-    /// What came out.
-    Result,
-    /// The steps on the way, too.
-    Steps,
-}
-
-fn reconstruct_and_tell(
+/// The same by a session, which keeps in `memory` what the next solve may need again. Building and steps are those of
+/// [`reconstruct_in_steps`], to the last bit.
+pub fn reconstruct_again(
     site: &Site,
     parameters: &Parameters,
     field: &dyn Occupancy,
-    telling: Telling,
-) -> (Building, Option<Box<Steps>>) {
+    memory: &Memory,
+) -> (Building, Steps) {
+    let means = Means { field, telling: Telling::Steps, memory: Some(memory) };
+    let (building, steps) = reconstruct_and_tell(site, parameters, means);
+    (building, steps.map(|steps| *steps).unwrap_or_default())
+}
+
+fn reconstruct_and_tell(site: &Site, parameters: &Parameters, means: Means) -> (Building, Option<Box<Steps>>) {
     let mut notes = Vec::new();
     let site = &*with_finite_points(site, &mut notes);
+    let mut tally = Tally::default();
+    let site = &*edited::of_site(site, &mut tally);
+    let parameters = &*edited::parameters(site, parameters);
     let site = &*footprint::without_slivers(site, &mut notes);
-    let site = &*floor::found(site, parameters, &mut notes);
+    let site = &*floor::found(site, parameters, means, &mut notes);
     let step = parameters.step(&site.frame);
     let (standing, stands) = Standing::new(site, parameters, &mut notes);
-    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps, .. } = match stands {
+    let Attempt { mut measures, outline, result, roof_points, strays, fit, steps, tally: own, .. } = match stands {
         Ok(()) => {
-            let whole = footprint::parted(&standing.site, step);
+            let whole = edited::parts(footprint::parted(&standing.site, step), &mut tally);
             let asked = as_block::asked(site, &whole, parameters);
             ladder::descend(parameters, |parameters| match &asked {
-                Some(failure) => {
-                    let steps = telling.begin(&whole, parameters);
-                    Attempt::of_roofs(&whole, parameters, failure.clone(), steps)
-                }
-                None => attempt(&standing.site, &whole, None, parameters, field, telling),
+                Some(failure) => Attempt::of_roofs(&whole, parameters, failure.clone(), means),
+                None => attempt(&standing.site, &whole, None, parameters, means),
             })
         }
-        Err(failure) => Attempt::failed(site, failure, telling.begin(site, parameters)),
+        Err(failure) => Attempt::failed(site, failure, means.begin(site, parameters)),
     };
+    tally.merge(&own);
+    measures.edits = tally.told(site);
+    notes.extend(measures.edits.iter().flat_map(EditTally::notes));
     measures.open_ground = standing.open_ground;
     measures.floor_depth = floor_depth::range(site);
     if let Some(why) = &measures.field_fallback {
@@ -171,7 +182,7 @@ fn reconstruct_and_tell(
     }
     let mut overhanging = Vec::new();
     if parameters.lod.has(Level::Overhanging) && failure.is_none() {
-        overhanging = overhanging::of_site(&standing, parameters, field).unwrap_or_else(|reason| {
+        overhanging = overhanging::of_site(&standing, parameters, means).unwrap_or_else(|reason| {
             notes.push(format!("it has no LoD 2.3: {reason}"));
             Vec::new()
         });
@@ -209,13 +220,6 @@ fn reconstruct_and_tell(
     model.refine(parameters.grid_steps().unwrap_or(1));
     let (id, attributes, record) = (site.id.clone(), site.attributes.clone(), site.record.clone());
     (Building { id, frame: site.frame, attributes, model, outcome, measures, record, notes }, steps)
-}
-
-impl Telling {
-    /// The steps of an attempt, if they are to be told.
-    fn begin(self, site: &Site, parameters: &Parameters) -> Option<Box<Steps>> {
-        (self == Self::Steps).then(|| Box::new(Steps::begin(site, parameters)))
-    }
 }
 
 /// What there is to be told of walls that contradict the footprint.
@@ -279,21 +283,20 @@ fn attempt(
     whole: &Site,
     walls: Option<&MultiPolygon<f64>>,
     parameters: &Parameters,
-    field: &dyn Occupancy,
-    telling: Telling,
+    means: Means,
 ) -> Attempt {
-    let steps = telling.begin(whole, parameters);
-    let detected = match Detected::new(whole, parameters) {
+    let steps = means.begin(whole, parameters);
+    let detected = match Detected::by(means, whole, parameters) {
         Ok(detected) => detected,
         Err(failure) => return Attempt::failed(site, failure, steps),
     };
-    let first = attempt_with(site, whole, walls, detected.clone(), parameters, field, steps.clone());
+    let first = attempt_with(site, whole, walls, detected.clone(), parameters, means, steps.clone());
     let Err(worse) = &first.result else { return first };
-    let by_vote = field.is_height_field() || first.measures.field_fallback.is_some();
+    let by_vote = means.field.is_height_field() || first.measures.field_fallback.is_some();
     if worse.reason != Reason::WorseThanBlock || by_vote {
         return first;
     }
-    let mut second = attempt_with(site, whole, walls, detected, parameters, &occupancy::HeightField, steps);
+    let mut second = attempt_with(site, whole, walls, detected, parameters, means.by_vote(), steps);
     if second.result.is_err() {
         return first;
     }
@@ -308,13 +311,13 @@ fn attempt_with(
     walls: Option<&MultiPolygon<f64>>,
     detected: Detected,
     parameters: &Parameters,
-    field: &dyn Occupancy,
+    means: Means,
     steps: Option<Box<Steps>>,
 ) -> Attempt {
     let mut solution =
         Solution { measures: first_measures(whole), walls: walls.cloned(), steps, ..Solution::default() };
-    let solved = rounds::solve(whole, detected, parameters, field, &mut solution);
-    let Solution { measures, outline, solids, roof_points, strays, overhanging, steps, .. } = solution;
+    let solved = rounds::solve(whole, detected, parameters, means, &mut solution);
+    let Solution { measures, outline, solids, roof_points, strays, overhanging, steps, tally, .. } = solution;
     let scanned = fit::Scanned {
         site,
         roof_points: &roof_points,
@@ -324,8 +327,10 @@ fn attempt_with(
         stated_top: None,
     };
     let fit = solved.is_ok().then(|| Fit::of_model(&scanned, &solids, parameters));
-    let result = solved.and_then(|()| fit.as_ref().map_or(Ok(()), Fit::check)).map(|()| solids);
-    Attempt { measures, outline, result, roof_points, strays, fit, overhanging, steps }
+    // What a person has edited is as that person wants it.
+    let judged = fit.as_ref().filter(|_| site.edits.is_empty());
+    let result = solved.and_then(|()| judged.map_or(Ok(()), Fit::check)).map(|()| solids);
+    Attempt { measures, outline, result, roof_points, strays, fit, overhanging, steps, tally }
 }
 
 /// The top of the block of a building without points on its roof (local metres), if it is stated and anything is known of

@@ -9,12 +9,13 @@ use nalgebra::Point3;
 
 use super::complex::{CellId, Complex, Cutter, PlaneId};
 use super::confidence::Confidence;
-use super::occupancy::Occupancy;
+use super::edited::Tally;
+use super::means::Means;
 use super::primitives::trace::{self, Trace};
 use super::primitives::walls::Walls;
 use super::standing::Standing;
 use super::surface::{self, Labelled, Shell, SurfaceParameters};
-use super::{Parameters, Partitioned, Telling, attempt, footprint, ladder, semantics};
+use super::{Parameters, Partitioned, attempt, edited, footprint, ladder, semantics};
 use crate::geometry::{Aabb, Cover, Plane};
 use crate::solid::Solid;
 use crate::validate;
@@ -32,11 +33,7 @@ const NOTHING: f64 = 1e-6;
 ///
 /// # Errors
 /// Why there is none.
-pub(super) fn of_site(
-    standing: &Standing,
-    parameters: &Parameters,
-    field: &dyn Occupancy,
-) -> Result<Vec<Solid>, String> {
+pub(super) fn of_site(standing: &Standing, parameters: &Parameters, means: Means) -> Result<Vec<Solid>, String> {
     let site = &*standing.site;
     let eaves = site.eaves.as_ref().ok_or("no outline of its roof is known")?;
     if standing.is_partial {
@@ -51,7 +48,8 @@ pub(super) fn of_site(
     roofs.points.dedup();
     let roofs = roofs.with_footprint(&walls.union(&eaves.outline));
     let whole = footprint::parted(&roofs, parameters.step(&roofs.frame));
-    let try_with = |parameters: &Parameters| attempt(&roofs, &whole, Some(walls), parameters, field, Telling::Result);
+    let whole = edited::parts(whole, &mut Tally::default());
+    let try_with = |parameters: &Parameters| attempt(&roofs, &whole, Some(walls), parameters, means.quietly());
     let attempt = ladder::descend(parameters, try_with);
     match (attempt.result, attempt.overhanging) {
         (Err(failure), _) => Err(failure.detail),

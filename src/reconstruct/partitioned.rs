@@ -1,5 +1,9 @@
 //! A building cut into cells, before anything is decided about them.
 
+use std::borrow::Cow;
+
+use nalgebra::Point3;
+
 use super::complex::Complex;
 use super::{Detected, Failure, Hypotheses, Parameters, Partition};
 use crate::building::Reason;
@@ -20,6 +24,10 @@ pub struct Partitioned<'a> {
     pub volumes: Vec<f64>,
     /// Cells whose label is known before the field is asked: those outside the footprint are outside.
     pub fixed: Vec<Option<bool>>,
+    /// Cells that a person has marked as inside or outside, which goes before all else. May be empty.
+    pub marked: Vec<Option<bool>>,
+    /// The number of its cells in a [`Memory`](super::Memory), if they are kept.
+    pub(super) number: Option<u64>,
 }
 
 impl<'a> Partitioned<'a> {
@@ -48,12 +56,31 @@ impl<'a> Partitioned<'a> {
             (volume, (!hypotheses.covers(&centroid.xy())).then_some(false))
         };
         let (volumes, fixed) = (0..complex.cells.len() as u32).map(known).unzip();
-        Ok(Self { site, hypotheses, complex, volumes, fixed })
+        Ok(Self { site, hypotheses, complex, volumes, fixed, marked: Vec::new(), number: None })
     }
 
     /// The seed of everything random about the building.
     pub fn seed(&self) -> u64 {
         seed_of(&self.site.id)
+    }
+
+    /// Cells whose label is known whatever the field says: those that are fixed, and those that a person has marked.
+    pub(super) fn decided(&self) -> Cow<'_, [Option<bool>]> {
+        if self.marked.is_empty() {
+            return Cow::Borrowed(&self.fixed);
+        }
+        let marks = self.marked.iter().chain(std::iter::repeat(&None));
+        Cow::Owned(self.fixed.iter().zip(marks).map(|(fixed, mark)| mark.or(*fixed)).collect())
+    }
+
+    /// The highest places that bear witness to a roof: the building's points, and the corners of roofs that a person says are
+    /// there.
+    pub(super) fn evidence_of_roofs(&self) -> Cow<'_, [Point3<f64>]> {
+        let asserted = &self.hypotheses.asserted;
+        if asserted.is_empty() {
+            return Cow::Borrowed(&self.site.points);
+        }
+        Cow::Owned([&self.site.points[..], asserted].concat())
     }
 
     /// The cells whose label is not known yet.

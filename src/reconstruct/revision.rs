@@ -32,7 +32,9 @@ impl Detected {
         let mut added = Vec::new();
         let mut claimed = BTreeSet::new();
         for (number, part) in (0u64..).zip(parts) {
-            let part: Vec<u32> = part.iter().copied().filter(|point| !claimed.contains(point)).collect();
+            let is_off = |point: &u32| self.off.binary_search(point).is_ok();
+            let part: Vec<u32> =
+                part.iter().copied().filter(|point| !claimed.contains(point) && !is_off(point)).collect();
             let seed = seed_of(&site.id) ^ (number + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
             for primitive in self.explain(&site.points, &part, parameters, seed) {
                 claimed.extend(primitive.inliers.iter().copied());
@@ -48,7 +50,13 @@ impl Detected {
         }
         // A plane that all its points have left is not seen anywhere; which of them are older ones must stay known.
         let older = revised.roofs.len() - revised.revised;
-        let stays: Vec<bool> = revised.roofs.iter().map(|roof| !roof.inliers.is_empty()).collect();
+        let before = &self.roofs;
+        let stays: Vec<bool> = revised
+            .roofs
+            .iter()
+            .zip(before)
+            .map(|(roof, old)| !roof.inliers.is_empty() || old.inliers.is_empty())
+            .collect();
         revised.revised = stays.iter().skip(older).filter(|stays| **stays).count() + added.len();
         let mut stays = stays.into_iter();
         revised.roofs.retain(|_| stays.next().unwrap_or(true));
@@ -118,6 +126,7 @@ fn level_patch(points: &[Point3<f64>], left: &BTreeSet<u32>) -> Option<Primitive
 
 #[cfg(test)]
 mod tests {
+    use super::super::edited::Tally;
     use super::*;
     use crate::reconstruct::primitives::{Extent, PrimitiveKind};
     use crate::site::Frame;
@@ -140,7 +149,10 @@ mod tests {
             walls: vec![],
             covered: vec![],
             revised: 0,
+            added_walls: vec![],
+            off: vec![],
             noise: 0.02,
+            tally: Tally::default(),
         }
     }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::decision::Decision;
-use super::occupancy::{HeightField, Occupancy};
+use super::means::Means;
 use super::{Detected, Failure, Parameters, Partitioned, Solution, as_block};
 use crate::building::{Reason, Revision};
 use crate::completeness::{Area, Completeness, Extents, Judge, Scan, tops};
@@ -32,21 +32,22 @@ pub(super) fn solve(
     site: &Site,
     mut detected: Detected,
     parameters: &Parameters,
-    field: &dyn Occupancy,
+    means: Means,
     solution: &mut Solution,
 ) -> Result<(), Failure> {
-    let is_height_field = field.is_height_field();
+    let is_height_field = means.field.is_height_field();
     let asks_last = site.footprint.is_some() && !is_height_field;
-    let vote: &dyn Occupancy = if is_height_field { field } else { &HeightField };
+    let vote = if is_height_field { means } else { means.by_vote() };
     let decide = |building: &Partitioned| {
         let vote = Decision::by_height_field(vote, building)
             .map_err(|error| Failure::new(Reason::NothingInside, error.to_string()))?;
-        Ok(if is_height_field || asks_last { vote } else { Decision::new(field, building, vote) })
+        Ok(if is_height_field || asks_last { vote } else { Decision::new(means, building, vote) })
     };
     if let Some(steps) = &mut solution.steps {
         steps.detect(&detected);
     }
-    let partitioned = Partitioned::with(site, &detected, parameters);
+    solution.tally.merge(&detected.tally);
+    let partitioned = means.partition(site, &detected, parameters);
     if partitioned.as_ref().is_err_and(|failure| failure.reason == Reason::TooComplex) {
         solution.measure_roofs(site, &detected.roofs);
     }
@@ -54,17 +55,29 @@ pub(super) fn solve(
     solution.measure(&building);
     as_block::check(&solution.measures, parameters)?;
     let mut decision = decide(&building)?;
-    if let Err(failure) = solution.build(&building, &decision, parameters) {
+    let judge = Judge::new(&Scan::of(site), &parameters.completeness);
+    if let Err(mut failure) = solution.build(&building, &decision, parameters) {
         // What the vote makes no solid of, the field may.
         if asks_last {
-            decision = Decision::new(field, &building, decision);
+            decision = Decision::new(means, &building, decision);
         }
-        if !asks_last || decision.height_field {
-            return Err(failure);
+        let mut is_mended = false;
+        if asks_last && !decision.height_field {
+            match solution.build(&building, &decision, parameters) {
+                Ok(()) => is_mended = true,
+                Err(second) => failure = second,
+            }
         }
-        solution.build(&building, &decision, parameters)?;
+        if !is_mended {
+            return follow_marks(&mut building, &decision, parameters, solution, &judge)?.map_or(
+                Err(failure),
+                |judged| {
+                    solution.measures.completeness = Some(Extents::from(&judged));
+                    Ok(())
+                },
+            );
+        }
     }
-    let judge = Judge::new(&Scan::of(site), &parameters.completeness);
     let mut model = tops(&solution.solids);
     let mut judged = judge.judge(&model);
     let before = faulty_area(&judged);
@@ -75,7 +88,7 @@ pub(super) fn solve(
             break;
         }
         let Some(revised) = detected.revised(site, &parts, parameters) else { break };
-        let Ok(next_building) = Partitioned::with(site, &revised, parameters) else { break };
+        let Ok(next_building) = means.partition(site, &revised, parameters) else { break };
         let mut next = solution.clone();
         if let Some(steps) = &mut next.steps {
             steps.detect(&revised);
@@ -96,38 +109,65 @@ pub(super) fn solve(
     }
     let is_in_question = building.hypotheses.shows_overhang || faulty_area(&judged) > 0.0;
     if asks_last && decision.height_field && is_in_question {
-        judged = ask(field, &building, decision, parameters, &judge, solution, judged);
+        (judged, decision) = ask(means, &building, decision, parameters, &judge, solution, judged);
+    }
+    // What a person has marked are cells of the model that was seen: they are no reason to make it anew.
+    if let Some(marked) = follow_marks(&mut building, &decision, parameters, solution, &judge)? {
+        judged = marked;
     }
     solution.measures.revision = (rounds > 0).then(|| Revision { rounds, before, after: faulty_area(&judged) });
     solution.measures.completeness = Some(Extents::from(&judged));
     Ok(())
 }
 
+/// Makes the model again with the cells that a person has marked; `None` where no edit marks any.
+///
+/// # Errors
+/// Nothing valid can be made of it so.
+fn follow_marks(
+    building: &mut Partitioned,
+    decision: &Decision,
+    parameters: &Parameters,
+    solution: &mut Solution,
+    judge: &Judge,
+) -> Result<Option<Completeness>, Failure> {
+    building.mark(&mut solution.tally);
+    if building.marked.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let fallback = solution.measures.field_fallback.take();
+    solution.build(building, decision, parameters)?;
+    if fallback.is_some() {
+        solution.measures.field_fallback = fallback;
+    }
+    Ok(Some(judge.judge(&tops(&solution.solids))))
+}
+
 /// Lets a field decide about a building of which the vote has made the model of `solution`; the better of both stays.
-/// Returns how it is `judged`.
+/// Returns how it is `judged`, and who decided.
 fn ask(
-    field: &dyn Occupancy,
+    means: Means,
     building: &Partitioned,
     vote: Decision,
     parameters: &Parameters,
     judge: &Judge,
     solution: &mut Solution,
     judged: Completeness,
-) -> Completeness {
+) -> (Completeness, Decision) {
     let shows_overhang = building.hypotheses.shows_overhang;
-    let voted = vote.occupancy.clone();
-    let decision = Decision::new(field, building, vote);
+    let voted = vote.clone();
+    let decision = Decision::new(means, building, vote);
     if decision.fallback.is_some() {
         solution.measures.field_fallback = decision.fallback;
-        return judged;
+        return (judged, voted);
     }
-    if decision.occupancy == voted && !shows_overhang {
-        return judged;
+    if decision.occupancy == voted.occupancy && !shows_overhang {
+        return (judged, voted);
     }
     let mut asked = solution.clone();
     if let Err(failure) = asked.build(building, &decision, parameters) {
         solution.measures.field_fallback = Some(format!("what it says makes no solid: {}", failure.detail));
-        return judged;
+        return (judged, voted);
     }
     let asked_judged = judge.judge(&tops(&asked.solids));
     let [by_field, by_vote] = [&asked_judged, &judged].map(faulty_area);
@@ -136,10 +176,10 @@ fn ask(
     if by_field > by_vote + allowed {
         let why = format!("it leaves {by_field:.0} m² missing or in excess, and the vote {by_vote:.0} m²");
         solution.measures.field_fallback = Some(why);
-        return judged;
+        return (judged, voted);
     }
     *solution = asked;
-    asked_judged
+    (asked_judged, decision)
 }
 
 /// Missing and excess area together, square metres.
@@ -185,6 +225,7 @@ mod tests {
     use geo::polygon;
     use nalgebra::Point3;
 
+    use super::super::occupancy::HeightField;
     use super::super::reconstruct;
     use super::*;
     use crate::site::Frame;

@@ -4,6 +4,7 @@ use geo::MultiPolygon;
 
 use super::confidence::Confidence;
 use super::decision::Decision;
+use super::edited::Tally;
 use super::evidence::label;
 use super::primitives::Primitive;
 use super::steps::Steps;
@@ -33,6 +34,8 @@ pub(super) struct Solution {
     pub(super) overhanging: Option<Result<Vec<Solid>, String>>,
     /// What each step made of it, if that is to be told.
     pub(super) steps: Option<Box<Steps>>,
+    /// What became of the edits of planes and places.
+    pub(super) tally: Tally,
 }
 
 impl Solution {
@@ -70,7 +73,7 @@ impl Solution {
         decision: &Decision,
         parameters: &Parameters,
     ) -> Result<(), Failure> {
-        let Partitioned { hypotheses, complex, volumes, fixed, .. } = building;
+        let Partitioned { hypotheses, complex, volumes, .. } = building;
         let Decision { occupancy, height_field, fallback } = decision;
         let measures = &mut self.measures;
         measures.field_fallback.clone_from(fallback);
@@ -82,6 +85,7 @@ impl Solution {
             return Err(Failure::new(Reason::NothingInside, "the labelling found no cell inside"));
         }
         let site = building.site;
+        let fixed = &*building.decided();
         let labelled = Labelled { complex, inside: &inside, occupancy, volumes, fixed };
         // What is thinner than the noise was made by it.
         let minimum_feature = parameters.surface.minimum_feature.max(hypotheses.noise);
@@ -90,6 +94,7 @@ impl Solution {
             surface::extract(&labelled, parameters.step(&site.frame), &surface_parameters).map_err(|error| {
                 Failure { codes: error.codes(), ..Failure::new(Reason::InvalidSolid, error.to_string()) }
             })?;
+        building.check_marks(&extraction.inside, &mut self.tally);
         if let Some(steps) = &mut self.steps {
             steps.extract(&extraction);
         }
@@ -117,7 +122,7 @@ impl Solution {
             return Err(Failure::new(Reason::NothingInside, "nothing is left of the inside at the size of a feature"));
         }
         ladder::check_parts(&solids)?;
-        ladder::check_top(&solids, &site.points)?;
+        ladder::check_top(&solids, &building.evidence_of_roofs())?;
         let middle = measures.roof_heights.map(|heights| heights.p50);
         ladder::check_height(middle, site.ground.height, parameters.minimum_height)?;
         ladder::check_eaves(measures.roof_heights.map(|heights| heights.min), &site.ground, parameters.minimum_height)?;

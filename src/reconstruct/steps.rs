@@ -7,7 +7,8 @@ use super::complex::Complex;
 use super::decision::Decision;
 use super::evidence;
 use super::labelling::Cost;
-use super::primitives::{self, Primitive};
+use super::means::Means;
+use super::primitives::Primitive;
 use super::surface::Extraction;
 use super::{Detected, Parameters, Partitioned};
 use crate::geometry::{Aabb, seed_of};
@@ -94,9 +95,9 @@ pub struct Surfaced {
 
 impl Steps {
     /// The steps of an attempt at a site, of which nothing is done yet.
-    pub(super) fn begin(site: &Site, parameters: &Parameters) -> Self {
+    pub(super) fn begin(site: &Site, parameters: &Parameters, means: Means) -> Self {
         let found = (!site.points.is_empty())
-            .then(|| primitives::found_at_first(&site.points, parameters, seed_of(&site.id)).primitives);
+            .then(|| means.found_at_first(&site.points, parameters, seed_of(&site.id)).primitives.clone());
         Self { site: Some(site.clone()), parameters: parameters.clone(), found, ..Self::default() }
     }
 

@@ -45,6 +45,7 @@ fn site(footprint: MultiPolygon<f64>, spacing: f64, height: impl Fn(f64, f64) ->
         eaves: None,
         attributes: Map::new(),
         record: Record::default(),
+        edits: Vec::new(),
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::building::{Building, LadderStep, Outcome, Revision, Setback};
+use crate::building::{Building, EditTally, LadderStep, Outcome, Revision, Setback};
 use crate::completeness::Extents;
 use crate::site::GroundSource;
 
@@ -59,6 +59,9 @@ pub struct BuildingReport {
     pub cpu_ms: Option<f64>,
     /// What the reader of the result should know.
     pub notes: Vec<String>,
+    /// What became of its edits, where it has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edits: Option<EditTally>,
     /// The file that it is in, where the model goes to several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -92,6 +95,7 @@ impl BuildingReport {
             wall_ms: milliseconds(wall),
             cpu_ms: cpu.map(milliseconds),
             notes: building.notes.clone(),
+            edits: measures.edits.clone(),
             file: None,
         }
     }

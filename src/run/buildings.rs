@@ -231,6 +231,7 @@ mod tests {
             eaves: None,
             attributes: serde_json::Map::new(),
             record: crate::record::Record::default(),
+            edits: Vec::new(),
         }
     }
 

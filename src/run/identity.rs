@@ -93,6 +93,7 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
         eaves,
         attributes,
         record,
+        edits,
     } = site;
     let (roofprint, under_eaves) = eaves.as_ref().map(|eaves| (&eaves.outline, &eaves.points)).unzip();
     let mut number = |value: f64| hasher.write_u64(value.to_bits());
@@ -114,4 +115,5 @@ fn hash_site(site: &Site, hasher: &mut DefaultHasher) {
     std::mem::discriminant(&ground.source).hash(hasher);
     Value::Object(attributes.clone()).to_string().hash(hasher);
     serde_json::to_string(record).unwrap_or_default().hash(hasher);
+    serde_json::to_string(edits).unwrap_or_default().hash(hasher);
 }

@@ -45,6 +45,8 @@ pub struct Job {
     /// Where the number 0 of the coordinates of a CityJSON file is, CRS units: whole multiples of
     /// [`Parameters::grid_scale`]; `None` takes whole units at the corner of the model.
     pub translation: Option<[f64; 3]>,
+    /// The file of what a person has decided about buildings, see [`crate::edits`].
+    pub edits: Option<PathBuf>,
     /// The title of the model; `None` takes the name of the file of footprints, or else of the first tile.
     pub title: Option<String>,
     /// Whether files that exist are replaced.

@@ -18,6 +18,7 @@ mod chosen;
 mod classes;
 mod clouds;
 mod crop;
+mod edited;
 mod feed;
 mod file_names;
 mod files;
@@ -61,6 +62,7 @@ use journal::Journal;
 pub use checks::{MOST_THREADS, memory, recording_date, translation};
 pub use chosen::{Chosen, chosen};
 pub use clouds::{CloudSource, cloud};
+pub use edited::name as edits_crs;
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
 pub use limit::{Limit, bounds};
@@ -163,6 +165,7 @@ fn run_both(
     }
     plan::warn_of_emptiness(&plan.inputs.points, &plan.segmentation, &done.counts, &journal);
 
+    edited::warn_of_refusals(&done.buildings, &journal);
     let quality = Quality::of(&done.buildings);
     let exit_code = if job.crop_only {
         whole_or_partial(&plan.inputs)

@@ -10,7 +10,8 @@ use super::limit::Area;
 use super::observer::{Event, Observer, Stage};
 use super::single::{self, Look, StandIns};
 use super::template::{Files, Template};
-use super::{checkpoint, classes, clouds, indexed, layer, output, roofprints, terrain, tiles};
+use super::{checkpoint, classes, clouds, edited, indexed, layer, output, roofprints, terrain, tiles};
+use crate::edits::Edits;
 use crate::error::{InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
@@ -56,6 +57,8 @@ pub(super) struct Plan {
     pub has_stand_ins: bool,
     /// Where the ground points wait for the terrain; `None` where there is to be none.
     pub ground: Option<Arc<GroundStore>>,
+    /// What a person has decided about buildings.
+    pub edits: Edits,
 }
 
 impl Plan {
@@ -117,6 +120,7 @@ impl Plan {
             segmentation: self.segmentation.clone(),
             has_stand_ins: self.has_stand_ins,
             ground: None,
+            edits: self.edits.clone(),
         }
     }
 
@@ -158,7 +162,13 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
         }
         let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
         let sheets = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
-        let inputs = paths.iter().chain(&sheets).chain(&job.roofprints).map(PathBuf::as_path).chain(footprint_path);
+        let inputs = paths
+            .iter()
+            .chain(&sheets)
+            .chain(&job.roofprints)
+            .chain(&job.edits)
+            .map(PathBuf::as_path)
+            .chain(footprint_path);
         output::spare_inputs(&outputs, inputs)?;
         let continues = match &model {
             Some(model) => {
@@ -207,6 +217,7 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
             journal.warn(&warning);
         }
         let ground = terrain::store(job, model.as_deref(), &crs)?;
+        let edits = edited::read(job, &crs)?;
         let crs_report = CrsReport { name: crs.name.clone(), code: crs.code.clone(), source };
         let name =
             stem(footprint_name.as_deref().or(names.first().map(PathBuf::as_path)).unwrap_or(Path::new("model")));
@@ -258,6 +269,7 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
             segmentation,
             has_stand_ins,
             ground,
+            edits,
         })
     })
 }

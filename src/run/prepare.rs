@@ -11,7 +11,7 @@ use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
 use super::roster::Roster;
 use super::supply::{Supply, Sweeping};
-use super::{layer, single, surveyed};
+use super::{edited, layer, single, surveyed};
 use crate::error::{Error, Result};
 use crate::report::{Scope, Stopwatch};
 use crate::segment::{
@@ -42,6 +42,9 @@ pub(super) enum Stock {
 /// What [`segment()`] says.
 pub(super) fn prepare(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>) -> Result<(Prepared, Stock)> {
     let (rejected, files) = (plan.rejected.clone(), plan.files.as_ref());
+    if surveyed::of_single(&plan.clouds, &plan.segmentation).is_some() {
+        edited::tell(&plan.edits, ids_of_wanted(plan), journal);
+    }
     let roster = Roster::new(&plan.footprints, &plan.is_wanted, rejected, files, &plan.crs);
     if let Some(options) = surveyed::of_single(&plan.clouds, &plan.segmentation) {
         return Ok((Prepared { roster, options }, Stock::Footprints(std::mem::take(&mut plan.footprints))));
@@ -76,6 +79,7 @@ impl Prepared {
             sweep,
             roster: &self.roster,
             has_stand_ins: plan.has_stand_ins,
+            edits: &plan.edits,
             progress: Box::new(|by| journal.event(Event::Advanced { stage: Stage::Segment, by })),
             all_read: Box::new(move |cpu| journal.end(Stage::Segment, &watch, cpu)),
             incomplete: AtomicUsize::new(0),
@@ -89,6 +93,7 @@ impl Prepared {
 /// # Errors
 /// What [`segment()`] says.
 pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>) -> Result<Vec<Task>> {
+    edited::tell(&plan.edits, ids_of_wanted(plan), journal);
     let footprints = std::mem::take(&mut plan.footprints);
     let total = plan.tiles.iter().map(|tile| tile.points).sum();
     let Segmentation { sites, notes, counts, problems, warnings } =
@@ -111,6 +116,8 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>)
     let incomplete = sites.iter().filter(|site| !plan.has_stand_ins && !site.coverage.is_complete()).count();
     let total = sites.len();
     plan.note(Swept { counts, problems, warnings }, (incomplete, total), journal);
+    let mut sites = sites;
+    sites.iter_mut().for_each(|site| edited::give(&plan.edits, site));
     let mut tasks = boxed(sites, notes, plan.has_stand_ins);
     tasks.extend(
         std::mem::take(&mut plan.rejected)
@@ -122,6 +129,12 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>)
         tasks.sort_by_key(|task| files.of_building.get(task.id()));
     }
     Ok(tasks)
+}
+
+/// The ids of the footprints that are wanted.
+fn ids_of_wanted(plan: &Plan) -> impl Iterator<Item = &str> {
+    let wanted = plan.footprints.iter().zip(&plan.is_wanted).filter(|(_, is_wanted)| **is_wanted);
+    wanted.map(|(footprint, _)| footprint.id.as_str())
 }
 
 /// The sites that are wanted, with their notes.

@@ -7,7 +7,8 @@ use std::time::Duration;
 use super::buildings::Task;
 use super::flow::{Ready, Source};
 use super::roster::Roster;
-use super::single;
+use super::{edited, single};
+use crate::edits::Edits;
 use crate::error::Result;
 use crate::report::{Scope, Stopwatch};
 use crate::segment::{Part, Sweep, Swept};
@@ -27,6 +28,8 @@ pub(super) struct Sweeping<'a> {
     pub(super) roster: &'a Roster,
     /// Whether the footprints stand in for those that there are not.
     pub(super) has_stand_ins: bool,
+    /// What a person has decided about buildings.
+    pub(super) edits: &'a Edits,
     /// Is told the number of points that were read since it was last told.
     pub(super) progress: Box<dyn Fn(u64) + Sync + 'a>,
     /// Is called when the last tile has been taken, with the processor time that reading them took.
@@ -139,12 +142,13 @@ impl Source for Supply<'_> {
         if place >= sweeping.roster.len() {
             return Ok(None);
         }
-        let site: Site = if sweeping.has_stand_ins {
+        let mut site: Site = if sweeping.has_stand_ins {
             single::without_footprint(site)
         } else {
             sweeping.incomplete.fetch_add(usize::from(!site.coverage.is_complete()), Ordering::Relaxed);
             site
         };
+        edited::give(sweeping.edits, &mut site);
         Ok(Some(Task::Reconstruct { site: Box::new(site), notes }))
     }
 }

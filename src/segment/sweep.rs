@@ -380,6 +380,7 @@ impl<'a> Sweep<'a> {
             covered,
             eaves,
             attributes,
+            edits: Vec::new(),
             record: Record { roof_height, ..Record::default() },
         };
         let guess = ground::guess(&site).filter(|_| self.meaning.is_outline());

@@ -247,7 +247,7 @@ pub const ATTRIBUTES: &[Attribute] = &[
     row(
         "gable_ground_source",
         "",
-        "what the floor was taken from: attribute, terrain-model, ground-points, neighbours, lowest-points, scanned-floor or bounding-box",
+        "what the floor was taken from: attribute, terrain-model, ground-points, neighbours, lowest-points, scanned-floor, bounding-box or edit",
         |s| s.building.measures.ground.and_then(|ground| keyword(ground.source)),
     ),
     row("gable_ground_spread", "m", "interquartile range of the ground heights around the building", |s| {
@@ -264,6 +264,12 @@ pub const ATTRIBUTES: &[Attribute] = &[
     }),
     row("gable_primitives", "", "number of planes found in the points", |s| {
         (s.building.measures.points > 0).then(|| s.building.measures.primitives.into())
+    }),
+    row("gable_edits", "", "how many edits of a person it follows", |s| {
+        s.building.measures.edits.as_ref().map(|edits| edits.applied.into())
+    }),
+    row("gable_edits_refused", "", "how many edits of a person do not apply to it; the notes say why", |s| {
+        s.building.measures.edits.as_ref().map(|edits| edits.refused.len().into())
     }),
     row("gable_points_file", "", "the file of its points beside the index, where they were cropped", |s| {
         s.building.record.points_file.as_ref().map(|file| file.name.clone().into())

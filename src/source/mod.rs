@@ -3,6 +3,7 @@
 pub mod cityjson;
 pub mod classes;
 pub mod crs;
+pub mod edits;
 mod expand;
 pub mod footprints;
 pub mod groups;

@@ -68,6 +68,7 @@ fn case(number: u64) -> Case {
         eaves: None,
         attributes: Map::new(),
         record: Record::default(),
+        edits: Vec::new(),
     };
     thin_out(&mut site, &mut draw);
     let bare = if is_bare { "no footprint" } else { shape };

@@ -61,6 +61,11 @@ fn options() -> Vec<OptionSpec> {
              2.3",
         ),
         switch("no_footprint", "Take what stands apart in the building points for an object each"),
+        OptionSpec::new(
+            "edits",
+            Kind::File,
+            "What a person has decided about buildings: a JSON file of edits, by which each of them is made",
+        ),
         text("title", "Title of the city model; the name of the file of footprints when it is not given"),
         OptionSpec::new(
             "translation",

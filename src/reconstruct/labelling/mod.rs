@@ -76,6 +76,8 @@ pub struct Evidence<'a> {
     pub support: &'a [f64],
     /// Cells whose label is known: those below the ground or outside the footprint are outside. May be empty.
     pub fixed: &'a [Option<bool>],
+    /// Those of them that a person has marked: there something may hang over whatever the evidence is. May be empty.
+    pub marked: &'a [Option<bool>],
     /// Whether the evidence is a height field. It cannot know of overhangs then, and whatever lies under the inside is
     /// inside.
     pub height_field: bool,
@@ -90,6 +92,13 @@ impl Evidence<'_> {
 
     fn fixed(&self, cell: usize) -> Option<bool> {
         self.fixed.get(cell).copied().flatten()
+    }
+
+    /// Whether marks say that one of two cells is inside and what lies right below it is not.
+    fn marks_overhang(&self, above: usize, below: usize) -> bool {
+        let mark = |cell: usize| self.marked.get(cell).copied().flatten();
+        let is_marked = mark(above) == Some(true) || mark(below) == Some(false);
+        is_marked && self.fixed(below) == Some(false)
     }
 
     fn area(&self, facet: usize) -> f64 {
@@ -162,11 +171,16 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
     let scale = if total > 0.0 { 2f64.powi(50) / total } else { 0.0 };
     let capacity = |value: f64| (value * scale).round() as i64;
     let forever = 1i64 << 60;
+    let marked = 1i64 << 52;
+    let is_marked = |cell: usize| evidence.marked.get(cell).is_some_and(Option::is_some);
 
     let mut network = maxflow::Network::new(complex.cells.len(), 2 * complex.facets.len());
     for (cell, &[outside, inside]) in terms.data.iter().enumerate() {
         match evidence.fixed(cell) {
             // No flow comes near this: every way between two fixed cells leads over a facet.
+            // Marks may contradict one another through cells that are free: theirs is less, so that no sum overflows.
+            Some(true) if is_marked(cell) => network.add_terminals(cell, marked, 0),
+            Some(false) if is_marked(cell) => network.add_terminals(cell, 0, marked),
             Some(true) => network.add_terminals(cell, forever, 0),
             Some(false) => network.add_terminals(cell, 0, forever),
             None => network.add_terminals(cell, capacity(outside), capacity(inside)),
@@ -189,6 +203,7 @@ pub fn label(complex: &Complex, evidence: &Evidence, parameters: &LabellingParam
         if let ([below, above], true) = (facet.cells, upward > 0.0)
             && below != OUTSIDE
             && above != OUTSIDE
+            && !evidence.marks_overhang(above as usize, below as usize)
         {
             let more = match parameters.energy {
                 _ if evidence.height_field => forever,

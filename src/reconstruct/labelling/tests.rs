@@ -54,6 +54,7 @@ fn the_label_is_the_best_of_all() {
                 support: &[],
                 fixed: &[],
                 height_field: false,
+                marked: &[],
                 noise: 0.0,
             };
             let found = label(&complex, &evidence, &parameters);
@@ -92,6 +93,7 @@ fn fixed_labels_hold_whatever_the_occupancy() {
             support: &[],
             fixed: &fixed,
             height_field: false,
+            marked: &[],
             noise: 0.0,
         };
         let found = label(&complex, &evidence, &LabellingParameters { lambda: 5.0, ..Default::default() });
@@ -112,6 +114,7 @@ fn nothing_known_is_nothing_inside() {
         support: &[],
         fixed: &[],
         height_field: false,
+        marked: &[],
         noise: 0.0,
     };
     assert_eq!(label(&complex, &evidence, &LabellingParameters::default()), [false; 8]);
@@ -143,6 +146,7 @@ fn smoothness_removes_a_spike_unless_its_facets_are_supported() {
             support,
             fixed: &[],
             height_field: false,
+            marked: &[],
             noise,
         };
         let found = label(&complex, &evidence, &parameters);
@@ -191,6 +195,7 @@ fn under_a_height_field_nothing_hangs_over() {
             support: &[],
             fixed: &[],
             height_field: false,
+            marked: &[],
             noise: 0.0,
         };
         let parameters = LabellingParameters { lambda: 0.0, ..Default::default() };

@@ -105,4 +105,12 @@ impl Primitive {
         let residual = (squares / inliers.len() as f64).sqrt();
         Some(Self { kind: PrimitiveKind::Detected, plane, inliers, residual, extent })
     }
+
+    /// The corners of a plane that was detected by nobody, but which a person says is there: it has no inliers.
+    pub(super) fn asserted(&self) -> Option<&[Point3<f64>]> {
+        match &self.extent {
+            Extent::Patch(corners) if self.inliers.is_empty() && self.kind == PrimitiveKind::Detected => Some(corners),
+            _ => None,
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! The roof map: which roof primitive is on top where.
 
-use geo::{Area, BoundingRect, MultiPolygon};
+use geo::{Area, BoundingRect, MultiPolygon, Polygon};
 use nalgebra::{Point2, Point3};
 
 use super::{Primitive, gaps};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, PreparedPolygon};
 
 /// A pixel outside of the building.
 pub const NOTHING: u32 = u32::MAX;
@@ -91,6 +91,7 @@ impl RoofMap {
             gaps::close(&mut inside, columns, (gaps::bridged(&seen, noise) / pixel).round() as usize);
             inside
         };
+        map.assert(primitives);
         map.fill_and_mask(&inside, primitives);
         map.smooth();
         map.absorb_small_regions();
@@ -207,6 +208,23 @@ impl RoofMap {
             }
         }
         sum
+    }
+
+    /// Where a person says that there is a roof, there is one, whatever was scanned.
+    fn assert(&mut self, primitives: &[Primitive]) {
+        for (label, corners) in (0u32..).zip(primitives).filter_map(|(label, p)| Some((label, p.asserted()?))) {
+            let Some(bounds) = Aabb::of(corners) else { continue };
+            let ring = corners.iter().map(|p| (p.x, p.y)).collect();
+            let prepared = PreparedPolygon::new(&MultiPolygon(vec![Polygon::new(ring, Vec::new())]));
+            for row in self.range(1, bounds.min[1], bounds.max[1]) {
+                for column in self.range(0, bounds.min[0], bounds.max[0]) {
+                    let p = self.centre(column, row);
+                    if prepared.contains([p.x, p.y]) {
+                        self.labels[row * self.columns + column] = label;
+                    }
+                }
+            }
+        }
     }
 
     /// Which pixels lie in the footprint or within [`BORDER`] pixels of its outline.
@@ -366,10 +384,11 @@ impl RoofMap {
     }
 }
 
-/// Lowest and highest inlier of every primitive.
+/// Lowest and highest inlier of every primitive, or corner of one that is asserted.
 fn height_ranges(points: &[Point3<f64>], primitives: &[Primitive]) -> Vec<[f64; 2]> {
     let range = |primitive: &Primitive| {
-        let heights = primitive.inliers.iter().filter_map(|&i| points.get(i as usize)).map(|p| p.z);
+        let asserted = primitive.asserted().into_iter().flatten();
+        let heights = primitive.inliers.iter().filter_map(|&i| points.get(i as usize)).chain(asserted).map(|p| p.z);
         heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)])
     };
     primitives.iter().map(range).collect()

@@ -98,6 +98,12 @@ fn refuse_what_is_whole(job: &Job) -> Result<(), InputError> {
         ("points", "points without a file", "Write them to a LAS or LAZ file that all jobs can read")
     } else if job.terrain.is_some() {
         ("--terrain", "a terrain", "Make it with `gable reconstruct --terrain`: it is one surface over all tiles")
+    } else if job.edits.is_some() {
+        (
+            "--edits",
+            "what a person has decided about buildings",
+            "Make these buildings with `gable reconstruct --edits`",
+        )
     } else if job.crop_only {
         ("--crop-only", "points instead of models", "Crop them with `gable reconstruct --crop-only`")
     } else {

@@ -7,6 +7,7 @@ use super::file::{JobPlan, PlannedTile};
 use super::folder::PlanFolder;
 use super::part::{self, Head, PartWriter};
 use super::share::Share;
+use crate::edits::Edits;
 use crate::error::{Error, InputError, Result};
 use crate::reconstruct::reconstruct;
 use crate::report::{self, Counts, Inputs, Quality, Report, TileReport};
@@ -189,6 +190,7 @@ impl Worker<'_> {
             segmentation: job.segmentation.clone(),
             has_stand_ins: false,
             ground: None,
+            edits: Edits::default(),
         })
     }
 

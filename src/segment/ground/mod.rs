@@ -136,7 +136,8 @@ pub(super) fn guess(site: &Site) -> Option<String> {
         GroundSource::Attribute
         | GroundSource::TerrainModel
         | GroundSource::GroundPoints
-        | GroundSource::ScannedFloor => return None,
+        | GroundSource::ScannedFloor
+        | GroundSource::Edit => return None,
         GroundSource::Neighbours => "the floors of its neighbours",
         GroundSource::LowestPoints => "the lowest points around it and on its walls",
         GroundSource::BoundingBox => "the lower end of its points",

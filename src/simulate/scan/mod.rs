@@ -67,6 +67,7 @@ impl Scan {
             eaves: None,
             attributes: Map::new(),
             record: Record::default(),
+            edits: Vec::new(),
         }
     }
 }

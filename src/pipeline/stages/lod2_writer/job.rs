@@ -72,6 +72,7 @@ pub fn job(values: &Values, filename: &Path) -> Result<Job> {
         limit: limit(values)?,
         output: filename.to_path_buf(),
         crop_only: values.is_on("crop_only"),
+        edits: values.text("edits").map(PathBuf::from),
         title: given("title"),
         translation: translation(values)?,
         overwrite: values.is_on("overwrite"),

@@ -26,6 +26,7 @@ fn flat() -> Site {
         eaves: None,
         attributes: serde_json::Map::new(),
         record: Record::default(),
+        edits: Vec::new(),
     }
 }
 
