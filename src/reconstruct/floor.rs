@@ -45,7 +45,7 @@ pub(super) fn found<'a>(
     }
     let detection = means.detect(&site.points, parameters, seed_of(&site.id));
     let level: Vec<Primitive> =
-        detection.primitives.iter().cloned().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).collect();
+        detection.primitives.iter().filter(|p| p.plane.verticality() <= WALL_VERTICALITY).cloned().collect();
     let tops = Tops::new(&site.points, &level);
     let (below, roofs): (Vec<_>, Vec<_>) = (0..).zip(&level).partition(|(label, plane)| tops.cover(plane, *label));
     let [below, roofs] = [below, roofs].map(|planes| planes.into_iter().map(|(_, plane)| plane).collect::<Vec<_>>());

@@ -156,20 +156,7 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
     let files = names.len() + usize::from(job.footprints.is_some()) + usize::from(job.roofprints.is_some());
 
     journal.stage(Stage::Read, files as u64, |journal| {
-        if let Some(report) = report.as_deref().filter(|_| report == model) {
-            let fault = InputError::new(report, "the model and the report in one file", "a file for each");
-            return Err(fault.remedy("Give another name with --report").into());
-        }
-        let outputs: Vec<&Path> = model.iter().chain(&report).map(PathBuf::as_path).collect();
-        let sheets = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
-        let inputs = paths
-            .iter()
-            .chain(&sheets)
-            .chain(&job.roofprints)
-            .chain(&job.edits)
-            .map(PathBuf::as_path)
-            .chain(footprint_path);
-        output::spare_inputs(&outputs, inputs)?;
+        spare_inputs(job, &paths, (model.as_deref(), report.as_deref()))?;
         let continues = match &model {
             Some(model) => {
                 if template.is_none() {
@@ -272,6 +259,21 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
             edits,
         })
     })
+}
+
+/// Refuses outputs that stand where inputs do, the tiles at `paths` among them, or where each other does.
+///
+/// # Errors
+/// Which of them.
+fn spare_inputs(job: &Job, paths: &[PathBuf], (model, report): (Option<&Path>, Option<&Path>)) -> Result<()> {
+    if let Some(report) = report.filter(|_| report == model) {
+        let fault = InputError::new(report, "the model and the report in one file", "a file for each");
+        return Err(fault.remedy("Give another name with --report").into());
+    }
+    let outputs: Vec<&Path> = model.into_iter().chain(report).collect();
+    let sheets = job.segmentation.dtm.as_deref().map(raster::sheets).transpose()?.unwrap_or_default();
+    let files = paths.iter().chain(&sheets).chain(&job.roofprints).chain(&job.edits).map(PathBuf::as_path);
+    output::spare_inputs(&outputs, files.chain(job.footprints.as_ref().map(|source| source.path.as_path())))
 }
 
 /// Whether the run goes on from what another has left for `model`.

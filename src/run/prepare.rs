@@ -117,7 +117,9 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>)
     let total = sites.len();
     plan.note(Swept { counts, problems, warnings }, (incomplete, total), journal);
     let mut sites = sites;
-    sites.iter_mut().for_each(|site| edited::give(&plan.edits, site));
+    for site in &mut sites {
+        edited::give(&plan.edits, site);
+    }
     let mut tasks = boxed(sites, notes, plan.has_stand_ins);
     tasks.extend(
         std::mem::take(&mut plan.rejected)

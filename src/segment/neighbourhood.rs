@@ -19,6 +19,9 @@ const STEPS_PER_UNIT: f64 = 1e6;
 /// Side of the squares for which the footprints near them are looked up once, metres.
 pub(super) const SQUARE: f64 = 8.0;
 
+/// So many footprints are ready at a time: those of a few tiles.
+const MOST_READY: usize = 4096;
+
 /// The nearest multiple of the rounding step; adding zero turns −0 into 0.
 pub(super) fn snap(value: f64) -> f64 {
     (value * STEPS_PER_UNIT).round() / STEPS_PER_UNIT + 0.0
@@ -117,8 +120,8 @@ fn bounds(footprint: &Footprint) -> Option<Rectangle> {
     Some((low, [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT)))
 }
 
-/// All footprints, and a tree over their boxes. Those that are asked for are made ready and kept until they are
-/// [released](Self::release).
+/// All footprints, and a tree over their boxes. Those that are asked for are made ready; those that were asked for of late are
+/// still ready.
 pub(super) struct Neighbourhood {
     shelf: Shelf,
     ready: RwLock<HashMap<usize, Arc<Place>, RandomState>>,
@@ -163,17 +166,11 @@ impl Neighbourhood {
             return place.clone();
         }
         let place = Arc::new(Place::of(self.shelf.get(index), self.metres_per_unit));
-        self.ready.write().unwrap_or_else(PoisonError::into_inner).entry(index).or_insert(place).clone()
-    }
-
-    /// How many are ready.
-    pub fn ready(&self) -> usize {
-        self.ready.read().unwrap_or_else(PoisonError::into_inner).len()
-    }
-
-    /// Lets go of those that `is_done` with; they are made ready again where they are asked for as neighbours.
-    pub fn release(&self, is_done: impl Fn(usize) -> bool) {
-        self.ready.write().unwrap_or_else(PoisonError::into_inner).retain(|index, _| !is_done(*index));
+        let mut ready = self.ready.write().unwrap_or_else(PoisonError::into_inner);
+        if ready.len() >= MOST_READY {
+            ready.clear();
+        }
+        ready.entry(index).or_insert(place).clone()
     }
 
     /// Whether all footprints that were asked for could be read.

@@ -1,6 +1,6 @@
 //! Footprints that wait for their points: many of them, so they lie in a file once they are more than memory is for.
 
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use geo::MultiPolygon;
@@ -96,8 +96,8 @@ impl Shelf {
         let &[start, end] = self.starts.get(index..index + 2).and_then(|ends| ends.try_into().ok()).unwrap_or(&[0, 0]);
         let mut file = lock(&self.file);
         file.seek(SeekFrom::Start(start))?;
-        let mut bytes = Vec::with_capacity((end - start) as usize);
-        BufReader::new((&mut *file).take(end - start)).read_to_end(&mut bytes)?;
+        let mut bytes = vec![0; (end - start) as usize];
+        file.read_exact(&mut bytes)?;
         drop(file);
         Ok(serde_json::from_slice(&bytes)?)
     }

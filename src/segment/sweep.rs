@@ -34,8 +34,6 @@ use crate::terrain::GroundStore;
 /// Side of the squares of which the ground is forgotten once nobody asks for it any more, metres: a whole number of blocks
 /// of [`Thinned`], whatever its cells.
 const SQUARE: f64 = 64.0;
-/// With more footprints that are ready than this, those that are done with are let go of between tiles, too.
-const MOST_READY: usize = 4096;
 /// Where a footprint touches more squares than this, nothing is forgotten: to count them would take longer.
 const MOST_SQUARES: usize = 1 << 14;
 /// What lies this far beyond the reach of a footprint may change which point stands for a cell within it, metres.
@@ -84,7 +82,6 @@ struct Front {
     forgets: bool,
     /// Squares that nobody asks for any more.
     forgotten: Vec<[i32; 2]>,
-    is_done: Vec<bool>,
 }
 
 /// What was seen around footprints.
@@ -175,7 +172,6 @@ impl<'a> Sweep<'a> {
                 asked: HashMap::default(),
                 forgets: true,
                 forgotten: Vec::new(),
-                is_done: vec![false; all.len()],
             }),
             around: RwLock::new(surroundings),
             waiting: Mutex::new(Waiting::new(budget)),
@@ -262,7 +258,6 @@ impl<'a> Sweep<'a> {
             around.ground.forget(&forgotten, SQUARE);
             around.lows.forget(&forgotten, SQUARE);
         }
-        self.all.release(|index| front.is_done[index]);
         let within = self.tiles.get(tile).and_then(|reach| reach.within);
         let mut done: Vec<usize> = Vec::new();
         match within {
@@ -411,12 +406,6 @@ impl<'a> Sweep<'a> {
 
     /// Nobody asks any more for what was kept for a footprint.
     fn done(&self, index: usize) {
-        let mut front = lock(&self.front);
-        front.is_done[index] = true;
-        if self.all.ready() > MOST_READY {
-            self.all.release(|index| front.is_done[index]);
-        }
-        drop(front);
         let mut around = self.around.write().unwrap_or_else(PoisonError::into_inner);
         around.under_eaves.remove(&index);
         around.inner_ground.remove(&index);

@@ -90,8 +90,11 @@ fn exclude(site: &mut Site, region: &Region) -> Result<(), String> {
     if site.points.len() < before { Ok(()) } else { Err("no point of the building lies there".to_owned()) }
 }
 
+/// Whether it is so of a point.
+type Is = Box<dyn Fn(&Point3<f64>) -> bool>;
+
 /// Whether a point is in a region.
-fn within(frame: &Frame, region: &Region) -> Result<Box<dyn Fn(&Point3<f64>) -> bool>, String> {
+fn within(frame: &Frame, region: &Region) -> Result<Is, String> {
     Ok(match region {
         Region::Near { places, radius } => {
             let radius = *radius;

@@ -195,7 +195,6 @@ fn by_terrain(
             stated.terrain.insert(*index, line);
         }
     }
-    all.release(|_| true);
     let total = order.len();
     if without > 0 {
         stated.warnings.push(format!(
