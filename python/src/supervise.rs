@@ -71,7 +71,7 @@ impl<'a> Teller<'a> {
 
     /// Whether the stage that began last is this one.
     fn is_at(&self, label: &str) -> bool {
-        lock(&self.at).0.label == label
+        lock(&self.at).0.stage == label
     }
 
     /// The stage is over.
