@@ -10,6 +10,7 @@ mod change;
 mod company;
 mod counts;
 mod coverage;
+mod front;
 mod ground;
 mod harvest;
 mod naming;

@@ -7,17 +7,17 @@
 //! is asked about a footprint has been read when it is done. Only the floor of a building without ground around it hangs on those of
 //! its neighbours, and so waits for the end.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 
-use foldhash::fast::RandomState;
 use nalgebra::Point3;
 
 use super::coverage::Covered;
+use super::front::{Front, SQUARE};
 use super::ground::{self, Around, Beside, Found, LOWEST_CELL, Lows};
 use super::harvest::{Harvest, Roles};
 use super::naming::Naming;
-use super::neighbourhood::{Neighbourhood, Place, Rectangle};
+use super::neighbourhood::{Neighbourhood, Rectangle};
 use super::order;
 use super::thinned::Thinned;
 use super::totals::{Swept, Totals};
@@ -31,11 +31,6 @@ use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
 use crate::terrain::GroundStore;
 
-/// Side of the squares of which the ground is forgotten once nobody asks for it any more, metres: a whole number of blocks
-/// of [`Thinned`], whatever its cells.
-const SQUARE: f64 = 64.0;
-/// Where a footprint touches more squares than this, nothing is forgotten: to count them would take longer.
-const MOST_SQUARES: usize = 1 << 14;
 /// What lies this far beyond the reach of a footprint may change which point stands for a cell within it, metres.
 const MARGIN: f64 = LOWEST_CELL + 0.001;
 
@@ -66,22 +61,6 @@ pub struct Sweep<'a> {
 pub(super) struct Reach<'a> {
     pub(super) tile: &'a Tile,
     pub(super) within: Option<Rectangle>,
-}
-
-/// What has been read and what has not.
-struct Front {
-    /// Tiles to come that may hold points of anywhere.
-    everywhere: usize,
-    /// Other tiles to come around each footprint.
-    left: Vec<u32>,
-    /// Footprints that were handed out: nothing is to come for them.
-    is_handed_out: Vec<bool>,
-    /// How many footprints that are not done may ask for the ground of a square.
-    asked: HashMap<[i32; 2], u32, RandomState>,
-    /// Whether what nobody asks for is forgotten.
-    forgets: bool,
-    /// Squares that nobody asks for any more.
-    forgotten: Vec<[i32; 2]>,
 }
 
 /// What was seen around footprints.
@@ -155,7 +134,7 @@ impl<'a> Sweep<'a> {
         let covered = Covered::new(metres);
         let surroundings =
             Surroundings { ground, lows, covered, under_eaves: BTreeMap::new(), inner_ground: BTreeMap::new() };
-        let mut sweep = Self {
+        Ok(Self {
             tiles,
             crs,
             options,
@@ -165,32 +144,14 @@ impl<'a> Sweep<'a> {
             naming,
             stated,
             margin,
-            front: Mutex::new(Front {
-                everywhere,
-                left,
-                is_handed_out: vec![false; all.len()],
-                asked: HashMap::default(),
-                forgets: true,
-                forgotten: Vec::new(),
-            }),
+            front: Mutex::new(Front::new(everywhere, left, &all, margin, metres)),
             around: RwLock::new(surroundings),
             waiting: Mutex::new(Waiting::new(budget)),
             floors: Mutex::default(),
             neighbours: OnceLock::new(),
             totals: Mutex::default(),
             all,
-        };
-        let front = sweep.front.get_mut().unwrap_or_else(PoisonError::into_inner);
-        for (_, rectangle) in sweep.all.boxes() {
-            let squares = squares(rectangle, margin, metres);
-            front.forgets &= squares.clone().take(MOST_SQUARES + 1).count() <= MOST_SQUARES;
-            if !front.forgets {
-                front.asked.clear();
-                break;
-            }
-            squares.for_each(|square| *front.asked.entry(square).or_default() += 1);
-        }
-        Ok(sweep)
+        })
     }
 
     /// How many tiles there are to be read.
@@ -303,7 +264,7 @@ impl<'a> Sweep<'a> {
                 ground::look(index, &self.all, ground, lows, &points, self.meaning, self.options)
             };
             let place = self.all.place(index);
-            self.looked(&place);
+            lock(&self.front).looked(&place, self.margin, self.crs.metres_per_unit);
             let middle = ground::middle(&place);
             let sure = self.stated.of(index, look.ground.as_ref(), self.options);
             let mut floors = lock(&self.floors);
@@ -388,22 +349,6 @@ impl<'a> Sweep<'a> {
         (site, notes)
     }
 
-    /// Nobody asks any more for the ground around a footprint.
-    fn looked(&self, place: &Place) {
-        let mut front = lock(&self.front);
-        for square in place.bounds.into_iter().flat_map(|own| squares(own, self.margin, self.crs.metres_per_unit)) {
-            if !front.forgets {
-                return;
-            }
-            let Some(asked) = front.asked.get_mut(&square) else { continue };
-            *asked = asked.saturating_sub(1);
-            if *asked == 0 {
-                front.asked.remove(&square);
-                front.forgotten.push(square);
-            }
-        }
-    }
-
     /// Nobody asks any more for what was kept for a footprint.
     fn done(&self, index: usize) {
         let mut around = self.around.write().unwrap_or_else(PoisonError::into_inner);
@@ -423,18 +368,6 @@ impl<'a> Sweep<'a> {
         }
         Ok(totals.told(self.stated.warnings, self.all.len(), self.meaning, self.options))
     }
-}
-
-/// The squares that a rectangle and a margin around it touch.
-fn squares(
-    (low, high): Rectangle,
-    margin: [f64; 2],
-    metres_per_unit: [f64; 3],
-) -> impl Iterator<Item = [i32; 2]> + Clone {
-    let side = [0, 1].map(|axis| SQUARE / metres_per_unit[axis]);
-    let of = |axis: usize, value: f64| (value / side[axis]).floor() as i32;
-    let [columns, rows] = [0, 1].map(|axis| of(axis, low[axis] - margin[axis])..=of(axis, high[axis] + margin[axis]));
-    columns.flat_map(move |column| rows.clone().map(move |row| [column, row]))
 }
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
