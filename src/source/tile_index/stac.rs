@@ -77,12 +77,13 @@ fn rank(asset: &Value) -> Option<u8> {
     let kind = asset["type"].as_str().unwrap_or_default().to_ascii_lowercase();
     let href = asset["href"].as_str()?.to_ascii_lowercase();
     let name = href.split(['?', '#']).next().unwrap_or_default();
-    match () {
-        () if kind.contains("copc") || name.ends_with(".copc.laz") => Some(0),
-        () if name.ends_with(".laz") || kind.contains("laszip") => Some(1),
-        () if name.ends_with(".las") => Some(2),
-        () => None,
+    if kind.contains("copc") || name.ends_with(".copc.laz") {
+        return Some(0);
     }
+    if name.ends_with(".laz") || kind.contains("laszip") {
+        return Some(1);
+    }
+    name.ends_with(".las").then_some(2)
 }
 
 /// The box of all positions in nested arrays.
