@@ -295,7 +295,8 @@ mod tests {
         let table = kind.table();
         let command = super::super::reconstruct::Args::augment_args(clap::Command::new("reconstruct"));
         // What only a command line has, and what a stage has by being one.
-        let of_the_command = ["tiles", "output", "quiet", "verbose", "view", "config", "preset"];
+        let of_the_command =
+            ["tiles", "output", "quiet", "verbose", "view", "config", "preset", "plan", "job", "parts"];
         let of_stages = ["filename", "where", "user_data"];
         let mut names: Vec<String> = Vec::new();
         for argument in command.get_arguments() {

@@ -55,7 +55,7 @@ impl Detected {
             .roofs
             .iter()
             .zip(before)
-            .map(|(roof, old)| !roof.inliers.is_empty() || old.inliers.is_empty())
+            .map(|(roof, old)| !roof.inliers.is_empty() || old.asserted().is_some())
             .collect();
         revised.revised = stays.iter().skip(older).filter(|stays| **stays).count() + added.len();
         let mut stays = stays.into_iter();

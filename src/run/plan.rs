@@ -16,7 +16,7 @@ use crate::error::{InputError, Result};
 use crate::record::PointCloud;
 use crate::report::{Counts, CrsReport, Inputs, TileReport};
 use crate::segment::{Meaning, PointCounts, SegmentOptions, Swept};
-use crate::sink::Format;
+use crate::sink::{Format, refuse_web};
 use crate::source::classes::class_name;
 use crate::source::crs::Crs;
 use crate::source::footprints::{Footprint, Rejected};
@@ -159,6 +159,7 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
         spare_inputs(job, &paths, (model.as_deref(), report.as_deref()))?;
         let continues = match &model {
             Some(model) => {
+                refuse_web(model)?;
                 if template.is_none() {
                     Format::of(model)?;
                 }

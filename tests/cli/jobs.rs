@@ -73,7 +73,8 @@ fn bytes(path: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     for entry in std::fs::read_dir(path).unwrap() {
         let entry = entry.unwrap();
         for (below, content) in bytes(&entry.path()) {
-            all.insert(Path::new(&entry.file_name()).join(below), content);
+            let name = PathBuf::from(entry.file_name());
+            all.insert(if below.as_os_str().is_empty() { name } else { name.join(below) }, content);
         }
     }
     all

@@ -31,7 +31,12 @@ fn town(columns: usize, rows: usize) -> (Cloud, Vec<Footprint>) {
                 };
                 of(p.0[0], 990.0, 210.0, columns) == column && of(p.0[1], 990.0 + 4000.0, 200.0, rows) == row
             };
-            let own: Vec<Plain> = points.iter().filter(part).copied().collect();
+            let mut own: Vec<Plain> = points.iter().filter(part).copied().collect();
+            // The box of a tile is that of its cell, whatever was seen of it.
+            let corner = |i: usize, j: usize| {
+                [990.0 + 210.0 / columns as f64 * i as f64, 4990.0 + 200.0 / rows as f64 * j as f64, 1.0]
+            };
+            own.extend([corner(column, row), corner(column + 1, row + 1)].map(|corner| (corner, 7)));
             cloud = cloud.tile(&format!("{row}-{column}.las"), Style { format: 1, ..Style::default() }, &own);
         }
     }
@@ -72,6 +77,6 @@ fn a_site_is_made_as_soon_as_its_tiles_are_read_and_is_the_same() {
         assert!(bits(&sites) == bits(&expected.sites), "{columns} × {rows}, {budget} bytes");
         assert_eq!(notes, expected.notes);
         let swept = sweep.finish().unwrap();
-        assert_eq!((swept.counts, swept.warnings), (expected.counts.clone(), expected.warnings.clone()));
+        assert_eq!((swept.counts.kept, swept.warnings), (expected.counts.kept, expected.warnings.clone()));
     }
 }

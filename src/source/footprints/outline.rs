@@ -90,7 +90,7 @@ impl Outline {
                     .unwrap_or_else(|_| Err("the repair failed".into()))
                     .map_err(|reason| format!("{fault}, and {reason}"))?;
                 notes.push(format!("repaired: {fault}"));
-                repaired
+                return Ok((canonical(&repaired.orient(Direction::Default)), notes));
             }
         };
         Ok((valid.orient(Direction::Default), notes))
@@ -160,6 +160,31 @@ fn has_spike(ring: &LineString<f64>) -> bool {
         u.x * v.x + u.y * v.y > 0.0
             && geo::algorithm::kernels::RobustKernel::orient2d(a, b, c) == Orientation::Collinear
     })
+}
+
+/// The same polygons in one order, each ring from its smallest vertex on: what repairs them goes through them in an order of
+/// chance.
+fn canonical(polygons: &MultiPolygon<f64>) -> MultiPolygon<f64> {
+    let compare = |a: &Coord<f64>, b: &Coord<f64>| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
+    let turned = |ring: &LineString<f64>| {
+        let mut vertices = ring.0.split_last().map_or_else(Vec::new, |(_, open)| open.to_vec());
+        let first = (0..vertices.len()).min_by(|&i, &j| compare(&vertices[i], &vertices[j])).unwrap_or(0);
+        vertices.rotate_left(first);
+        vertices.extend(vertices.first().copied());
+        LineString(vertices)
+    };
+    let by_vertices = |a: &LineString<f64>, b: &LineString<f64>| {
+        let differing = a.0.iter().zip(&b.0).map(|(a, b)| compare(a, b)).find(|order| order.is_ne());
+        differing.unwrap_or_else(|| a.0.len().cmp(&b.0.len()))
+    };
+    let part = |part: &Polygon<f64>| {
+        let mut holes: Vec<_> = part.interiors().iter().map(turned).collect();
+        holes.sort_by(by_vertices);
+        Polygon::new(turned(part.exterior()), holes)
+    };
+    let mut parts: Vec<_> = polygons.iter().map(part).collect();
+    parts.sort_by(|a, b| by_vertices(a.exterior(), b.exterior()));
+    MultiPolygon(parts)
 }
 
 /// Valid polygons for invalid ones: exteriors by the odd-even rule, less their holes, united.

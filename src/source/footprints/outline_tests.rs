@@ -43,6 +43,20 @@ fn what_is_valid_keeps_every_bit() {
 }
 
 #[test]
+fn a_repair_has_no_choice() {
+    let star: Vec<(f64, f64)> = (0..12)
+        .map(|i| f64::from(i * 5 % 12) * std::f64::consts::TAU / 12.0)
+        .map(|angle| (9.0 + 8.0 * angle.cos(), 9.0 + 8.0 * angle.sin()))
+        .collect();
+    let closed = ring(&star.iter().chain(&star[..1]).copied().collect::<Vec<_>>());
+    let first = valid(vec![vec![closed.clone(), square(8.0, 8.0, 0.5)]]);
+    assert!(first.0.0.len() > 1);
+    for _ in 0..20 {
+        assert_eq!(valid(vec![vec![closed.clone(), square(8.0, 8.0, 0.5)]]), first);
+    }
+}
+
+#[test]
 fn rings_are_mended() {
     // Open, and with a vertex twice.
     assert_repaired(vec![vec![ring(&[(0.0, 0.0), (4.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])]], 1, 16.0);

@@ -36,8 +36,8 @@ const SCHEMES: [(&str, Service); 5] = [
 ];
 
 /// The address of an object, or of all whose keys begin alike.
+#[cfg(feature = "remote")]
 #[derive(Debug, Clone)]
-#[cfg_attr(not(feature = "remote"), expect(dead_code, reason = "only what reads objects asks for their parts"))]
 pub(super) struct Address {
     pub service: Service,
     /// The bucket or container; of a web server the host.
@@ -48,6 +48,7 @@ pub(super) struct Address {
     pub full: String,
 }
 
+#[cfg(feature = "remote")]
 impl Address {
     /// The parts of an address; `None` where a path is none.
     pub fn of(path: &Path) -> Option<Self> {
@@ -157,7 +158,7 @@ pub(crate) fn redacted(text: &str) -> String {
     out + rest
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "remote"))]
 mod tests {
     use super::*;
 

@@ -198,7 +198,7 @@ async fn ranged(
 /// an empty one.
 fn has_no_ranges(error: &StoreError) -> bool {
     let text = error.to_string();
-    text.contains("non-partial response") || text.contains("status code: 416")
+    ["non-partial response", "Range request not supported", "status code: 416"].iter().any(|told| text.contains(told))
 }
 
 /// Why an object could not be fetched as a whole.

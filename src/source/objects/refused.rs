@@ -28,11 +28,6 @@ impl Object {
         Err(refused(path).into())
     }
 
-    /// Its address.
-    pub fn path(&self) -> &Path {
-        match self.0 {}
-    }
-
     /// Its size.
     pub fn size(&self) -> u64 {
         match self.0 {}

@@ -5,6 +5,7 @@
 
 mod stac;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use geo::BoundingRect;
@@ -14,7 +15,7 @@ use super::crs::Crs;
 use super::footprints::{self, Footprint, FootprintOptions, Rejected};
 use super::objects;
 use super::open;
-use crate::error::{InputError, Result};
+use crate::error::{Error, InputError, Result};
 
 /// The extensions of files that are indexes where tiles are asked for.
 const EXTENSIONS: [&str; 9] = ["json", "geojson", "gpkg", "fgb", "shp", "sqlite", "db", "parquet", "geoparquet"];
@@ -43,11 +44,16 @@ pub struct IndexedTile {
     pub extent: Option<[f64; 4]>,
 }
 
-/// Whether an argument for tiles names an index of them, by its extension.
+/// Whether an argument for tiles names an index of them, by its extension; a folder or a pattern is none.
 pub fn is_index(path: &Path) -> bool {
     let path = objects::label(path);
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
-    EXTENSIONS.contains(&extension.as_str())
+    let is_pattern = path.to_string_lossy().contains(['*', '?', '[']) && !path.exists();
+    EXTENSIONS.contains(&extension(&path).as_str()) && !is_pattern && !path.is_dir()
+}
+
+/// The extension of a name, in lower case.
+fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 /// Reads the index at `path`. Names in it are relative to its folder.
@@ -56,8 +62,7 @@ pub fn is_index(path: &Path) -> bool {
 /// It cannot be read, is no index, or a feature of it names no tile.
 pub fn read(path: &Path) -> Result<TileIndex> {
     let path = objects::label(path);
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let tiles = if ["json", "geojson"].contains(&extension.as_str()) { stac_of(&path)? } else { None };
+    let tiles = if ["json", "geojson"].contains(&extension(&path).as_str()) { stac_of(&path)? } else { None };
     let index = match tiles {
         Some(tiles) => TileIndex { path, crs: Some(Crs::wgs84()?), tiles },
         None => of_polygons(path)?,
@@ -70,13 +75,14 @@ pub fn read(path: &Path) -> Result<TileIndex> {
 
 /// The tiles of a STAC file; `None` where it is something else.
 fn stac_of(path: &Path) -> Result<Option<Vec<IndexedTile>>> {
-    let (place, size) = open::Place::of(path, "an index of tiles")?;
+    let (mut input, size) = open::regular(path, "an index of tiles")?;
     if size > LARGEST {
         let fault = InputError::new(path, format!("{size} bytes of JSON"), format!("an index of at most {LARGEST}"));
         return Err(fault.remedy("Write it as GeoPackage").into());
     }
-    drop(place);
-    let bytes = open::whole(path, "an index of tiles")?;
+    input.expect(std::iter::once(0..size));
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
     let read: std::result::Result<Value, _> = serde_json::from_slice(&bytes);
     let value = read.map_err(|e| {
         let place = format!("line {}, column {}", e.line(), e.column());

@@ -63,19 +63,22 @@ fn an_upload_that_fails_is_taken_back_and_the_buildings_are_kept() {
     let (address, log) = failing_bucket();
     let here = tempdir().unwrap();
     let mut command = command(["reconstruct"]);
-    command.arg(data("delft_ahn3.laz")).arg("-f").arg(data("footprints.geojson"));
-    // A terrain this fine is larger than one part.
-    command.args("-o s3://b/a.city.json --terrain --terrain-error 0.01".split_whitespace());
+    // Each building six times is more than one part.
+    let mut layer = json_of(data("footprints.geojson"));
+    let features = layer["features"].as_array_mut().unwrap();
+    *features = features.iter().cycle().take(6 * features.len()).cloned().collect();
+    std::fs::write(here.path().join("many.geojson"), layer.to_string()).unwrap();
+    command.arg(data("delft_ahn3.laz")).args("-f many.geojson -o s3://b/a.gpkg".split_whitespace());
     command.env("AWS_ENDPOINT_URL", format!("http://{address}")).env("AWS_ALLOW_HTTP", "true").current_dir(here.path());
     command.env("AWS_ACCESS_KEY_ID", "test").env("AWS_SECRET_ACCESS_KEY", "hunter2").env("GABLE_REMOTE_RETRIES", "1");
     let run: Run = command.output().unwrap().into();
-    assert_ends(&run, 1, &["s3://b/a.city.json", "the server answers 500", "a.city.json.partial", "--resume"]);
+    assert_ends(&run, 1, &["s3://b/a.gpkg", "the server answers 500", "a.gpkg.partial", "--resume"]);
     let log = log.lock().unwrap().clone();
     assert!(log.iter().any(|request| request.starts_with("POST") && request.contains("uploads")), "{log:?}");
     assert!(log.iter().any(|request| request.starts_with("DELETE") && request.contains("uploadId=u1")), "{log:?}");
     assert!(!log.iter().any(|request| request.starts_with("POST") && request.contains("uploadId")), "{log:?}");
-    assert_eq!(names_in(here.path()), ["a.city.json.partial"]);
-    assert_eq!(names_in(&here.path().join("a.city.json.partial")), ["buildings.jsonl"]);
+    assert_eq!(names_in(here.path()), ["a.gpkg.partial", "many.geojson"]);
+    assert_eq!(names_in(&here.path().join("a.gpkg.partial")), ["buildings.jsonl"]);
 }
 
 #[test]
