@@ -63,10 +63,10 @@ fn an_upload_that_fails_is_taken_back_and_the_buildings_are_kept() {
     let (address, log) = failing_bucket();
     let here = tempdir().unwrap();
     let mut command = command(["reconstruct"]);
-    // Each building six times is more than one part.
+    // Each building eight times is more than one part.
     let mut layer = json_of(data("footprints.geojson"));
     let features = layer["features"].as_array_mut().unwrap();
-    *features = features.iter().cycle().take(6 * features.len()).cloned().collect();
+    *features = features.iter().cycle().take(8 * features.len()).cloned().collect();
     std::fs::write(here.path().join("many.geojson"), layer.to_string()).unwrap();
     command.arg(data("delft_ahn3.laz")).args("-f many.geojson -o s3://b/a.gpkg".split_whitespace());
     command.env("AWS_ENDPOINT_URL", format!("http://{address}")).env("AWS_ALLOW_HTTP", "true").current_dir(here.path());
