@@ -18,7 +18,7 @@ fn run_from(
     let mut command = command(["reconstruct"]);
     command.arg(server.url("delft.copc.laz")).arg("-f").arg(server.url("footprints.geojson"));
     command.arg("-o").arg(out.join("out.city.json"));
-    command.env("GABLE_REMOTE_TIMEOUT", "1").env("GABLE_REMOTE_RETRIES", "6");
+    command.env("GABLE_REMOTE_TIMEOUT", "1").env("GABLE_REMOTE_RETRIES", "4");
     (command.output().unwrap().into(), server)
 }
 
