@@ -94,7 +94,7 @@ fn plane(frame: &Frame, [a, b, c, d]: [f64; 4]) -> Result<Plane, String> {
     is_near.then_some(plane).ok_or_else(|| format!("the plane lies more than {REACH} m from the building"))
 }
 
-/// The equation in the CRS of a plane of the local frame: what [`plane`] takes.
+/// The equation in the CRS of a plane of the local frame: what `plane` takes.
 pub fn equation(frame: &Frame, plane: &Plane) -> [f64; 4] {
     let normal = plane.normal.component_mul(&Vector3::from(frame.metres_per_unit));
     let offset = plane.offset - normal.dot(&Vector3::from(frame.origin));
