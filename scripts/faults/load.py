@@ -62,7 +62,7 @@ def empty(case):
     ended = case.reconstruct(tile, footprints, rest=["--crs", "EPSG:7415"], codes=(0,), seconds=600, memory=MEMORY)
     # Half as much again as the processor time that was measured, and a tenth more memory.
     memory = ended.memory / 1e6
-    if ended.cpu > 0.5 + count / 25_000 or memory > 80 + count / 380:
+    if ended.cpu > 0.5 + count / 8_000 or memory > 80 + count / 600:
         case.breach(f"{count} footprints cost {ended.cpu:.1f} CPU s and {memory:.0f} MB", ended)
 
 
