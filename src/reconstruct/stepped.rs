@@ -14,7 +14,7 @@ use super::confidence::Confidence;
 use super::primitives::trace::{self, Trace};
 use super::primitives::{Extent, Primitive, PrimitiveKind};
 use super::surface::{self, Labelled};
-use super::{Parameters, ladder, measures, semantics};
+use super::{Parameters, measures, semantics};
 use crate::geometry::{Aabb, Cover, Plane, newell};
 use crate::site::Site;
 use crate::solid::{Face, Solid, SurfaceType};
@@ -44,11 +44,7 @@ pub(super) fn of(
     }
     let stepped: Result<Vec<_>, String> =
         solids.iter().map(|solid| of_solid(solid, site, points, parameters)).collect();
-    let apart = |stepped: Vec<Vec<Solid>>| {
-        let parts: Vec<Solid> = stepped.iter().flatten().cloned().collect();
-        ladder::check_parts(&parts).map(|()| stepped).map_err(|failure| failure.detail)
-    };
-    stepped.and_then(apart).unwrap_or_else(|reason| {
+    stepped.unwrap_or_else(|reason| {
         notes.push(format!("its LoD 1.3 is that of 1.2: {reason}"));
         unstepped()
     })

@@ -33,5 +33,13 @@ fn met(a: &[Triangle], b: &[Triangle]) -> Option<Point3> {
 /// sixfold coordinates.
 fn within(a: &[Triangle], b: &[Triangle]) -> Option<Point3> {
     let fine: Vec<Triangle> = b.iter().map(|t| t.scaled(FINER)).collect();
-    a.iter().flat_map(Triangle::samples).find(|&point| inside(&fine, point) == Some(true))
+    let corners = || fine.iter().flat_map(|t| t.corners);
+    let ends = |axis: usize| (corners().map(|c| c[axis]).min(), corners().map(|c| c[axis]).max());
+    let ends = [ends(0), ends(1), ends(2)];
+    let is_near = |point: &Point3| {
+        ends.iter()
+            .zip(point)
+            .all(|((low, high), value)| low.is_some_and(|low| low <= *value) && high.is_some_and(|high| *value <= high))
+    };
+    a.iter().flat_map(Triangle::samples).filter(is_near).find(|&point| inside(&fine, point) == Some(true))
 }
