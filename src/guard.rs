@@ -3,13 +3,18 @@
 
 use std::cell::{Cell, RefCell};
 use std::panic::{self, AssertUnwindSafe};
-use std::sync::Once;
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 thread_local! {
     /// How many guards this thread is inside of.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
     /// Message and place of the last panic under a guard on this thread.
     static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Locks a mutex, also one whose holder panicked.
+pub fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Runs `work` and returns the message and the place of its panic, should it panic.

@@ -17,6 +17,7 @@ mod choice;
 mod chosen;
 mod classes;
 mod clouds;
+mod corners;
 mod crop;
 mod edited;
 mod feed;

@@ -14,9 +14,7 @@ use super::supply::{Supply, Sweeping};
 use super::{edited, layer, single, surveyed};
 use crate::error::{Error, Result};
 use crate::report::{Scope, Stopwatch};
-use crate::segment::{
-    Meaning, SegmentOptions, Segmentation, Sweep, Swept, segment, segment_named, segment_object, segment_share,
-};
+use crate::segment::{SegmentOptions, Segmentation, Sweep, Swept, segment_as};
 use crate::site::Site;
 use crate::source::footprints::Footprint;
 use crate::source::points::Tile;
@@ -39,25 +37,23 @@ pub(super) enum Stock {
 /// Prepares the work: where each building is made from the best of several clouds all points are collected first.
 ///
 /// # Errors
-/// What [`segment()`] says.
+/// What [`segment_as`] says.
 pub(super) fn prepare(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>) -> Result<(Prepared, Stock)> {
     let (rejected, files) = (plan.rejected.clone(), plan.files.as_ref());
-    if surveyed::of_single(&plan.clouds, &plan.segmentation).is_some() {
-        edited::tell(&plan.edits, ids_of_wanted(plan), journal);
-    }
     let roster = Roster::new(&plan.footprints, &plan.is_wanted, rejected, files, &plan.crs);
-    if let Some(options) = surveyed::of_single(&plan.clouds, &plan.segmentation) {
-        return Ok((Prepared { roster, options }, Stock::Footprints(std::mem::take(&mut plan.footprints))));
-    }
-    let tasks = collect(plan, pool, journal)?;
-    Ok((Prepared { roster, options: plan.segmentation.clone() }, Stock::Tasks(tasks)))
+    let Some(options) = surveyed::of_single(&plan.clouds, &plan.segmentation) else {
+        let tasks = collect(plan, pool, journal)?;
+        return Ok((Prepared { roster, options: plan.segmentation.clone() }, Stock::Tasks(tasks)));
+    };
+    edited::tell(&plan.edits, ids_of_wanted(plan), journal);
+    Ok((Prepared { roster, options }, Stock::Footprints(std::mem::take(&mut plan.footprints))))
 }
 
 impl Prepared {
     /// What the run works on. Of points that wait no more than `memory` bytes are held.
     ///
     /// # Errors
-    /// As [`segment()`], as far as it can be told before the points are read.
+    /// As [`segment_as`], as far as it can be told before the points are read.
     pub(super) fn supply<'a>(
         &'a self,
         stock: Stock,
@@ -91,7 +87,7 @@ impl Prepared {
 /// Collects the points of each footprint, on the threads of `pool`.
 ///
 /// # Errors
-/// What [`segment()`] says.
+/// What [`segment_as`] says.
 pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>) -> Result<Vec<Task>> {
     edited::tell(&plan.edits, ids_of_wanted(plan), journal);
     let footprints = std::mem::take(&mut plan.footprints);
@@ -99,24 +95,17 @@ pub(super) fn collect(plan: &mut Plan, pool: &ThreadPool, journal: &Journal<'_>)
     let Segmentation { sites, notes, counts, problems, warnings } =
         journal.stage(Stage::Segment, total, |journal| {
             let progress = |by| journal.event(Event::Advanced { stage: Stage::Segment, by });
-            let segment = match plan.meaning() {
-                Meaning::Outlines => segment,
-                Meaning::OutlinesOfShare => segment_share,
-                Meaning::Places => segment_object,
-                Meaning::PlacesOfNamed => segment_named,
-            };
-            let ground = plan.ground.as_deref();
+            let (meaning, ground) = (plan.meaning(), plan.ground.as_deref());
             let of_tiles = |tiles: &[Tile], footprints, options: &SegmentOptions| {
-                segment(tiles, footprints, &plan.crs, options, &progress, ground)
+                segment_as(tiles, footprints, &plan.crs, options, meaning, &progress, ground)
             };
             pool.install(|| surveyed::segment(&plan.clouds, &plan.tiles, footprints, &plan.segmentation, of_tiles))
                 .map_err(|error| name_the_footprints(error, plan))
         })?;
-    let (sites, notes) = wanted(sites, notes, &plan.is_wanted);
+    let (mut sites, notes) = wanted(sites, notes, &plan.is_wanted);
     let incomplete = sites.iter().filter(|site| !plan.has_stand_ins && !site.coverage.is_complete()).count();
     let total = sites.len();
     plan.note(Swept { counts, problems, warnings }, (incomplete, total), journal);
-    let mut sites = sites;
     for site in &mut sites {
         edited::give(&plan.edits, site);
     }

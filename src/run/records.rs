@@ -5,7 +5,7 @@ use std::fs::File;
 use std::hash::{DefaultHasher, Hasher};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::identity::Identity;
 use crate::building::Building;
 use crate::error::{Error, Result};
+use crate::guard::lock;
 
 /// Characters of a checksum and the blank behind it.
 const CHECKSUM: usize = 17;
@@ -100,10 +101,6 @@ impl Records {
         lock(&self.found).insert(record.index, (start, bytes.len()));
         Ok(())
     }
-}
-
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The lines of a checkpoint that are whole.

@@ -1,5 +1,6 @@
 //! What is to come out, in its order, before anything is known but the footprints.
 
+use super::corners::Corners;
 use super::layer;
 use super::template::Files;
 use crate::building::Building;
@@ -23,8 +24,8 @@ pub(super) struct Roster {
     buildings: usize,
     /// The ids of all buildings.
     pub(super) ids: Ids,
-    /// The corner of the frames of the buildings of each file, in whole CRS units; of all, where there is one file.
-    pub(super) corners: Vec<[f64; 3]>,
+    /// The corners of the frames of the buildings in each file.
+    pub(super) corners: Corners,
 }
 
 impl Roster {
@@ -41,7 +42,7 @@ impl Roster {
         let ids =
             wanted.map(|footprint| footprint.id.as_str()).chain(rejected.iter().map(|feature| feature.id.as_str()));
         let ids: Ids = ids.collect();
-        let mut corners = vec![[f64::INFINITY; 3]; files.map_or(1, |files| files.paths.len())];
+        let mut corners = Corners::new(files.map_or(1, |files| files.paths.len()));
         let file_of = |id: &str| files.and_then(|files| files.of_building.get(id).copied()).unwrap_or_default();
         // What is to be written, with its file; the footprints first.
         let mut order: Vec<(u32, usize)> = Vec::with_capacity(footprints.len() + rejected.len());
@@ -53,10 +54,7 @@ impl Roster {
             }
             let file = file_of(&footprint.id);
             order.push((index, file));
-            let origin = frame_of(&footprint.polygon, crs.metres_per_unit).origin;
-            if let Some(corner) = corners.get_mut(file) {
-                *corner = std::array::from_fn(|axis| corner[axis].min(origin[axis]));
-            }
+            corners.see(file, frame_of(&footprint.polygon, crs.metres_per_unit).origin);
         }
         let first_rejected = footprints.len() as u32;
         order.extend((first_rejected..).zip(&rejected).map(|(index, feature)| (index, file_of(&feature.id))));
@@ -70,10 +68,7 @@ impl Roster {
             rejected: Vec::new(),
             buildings: order.len(),
             ids,
-            corners: corners
-                .into_iter()
-                .map(|corner| corner.map(|c| if c.is_finite() { c.round() } else { 0.0 }))
-                .collect(),
+            corners,
         };
         for index in order.into_iter().map(|(index, _)| index).chain(beside) {
             let place = roster.footprints.len() as u32;
@@ -87,12 +82,6 @@ impl Roster {
             }
         }
         roster
-    }
-
-    /// The corner of the frames of all buildings.
-    pub(super) fn corner(&self) -> [f64; 3] {
-        let all = self.corners.iter().copied().reduce(|a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
-        all.unwrap_or_default()
     }
 
     /// How many buildings are to come out.

@@ -1,7 +1,7 @@
 //! What a run works on: sites as they get ready while tiles are read, or all of them at once.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use super::buildings::Task;
@@ -10,6 +10,7 @@ use super::roster::Roster;
 use super::{edited, single};
 use crate::edits::Edits;
 use crate::error::Result;
+use crate::guard::lock;
 use crate::report::{Scope, Stopwatch};
 use crate::segment::{Part, Sweep, Swept};
 use crate::site::Site;
@@ -111,7 +112,7 @@ impl Source for Supply<'_> {
                 Ok(ready)
             }
             (Self::Collected(Collected(tasks)), _) => {
-                let tasks = tasks.lock().unwrap_or_else(PoisonError::into_inner);
+                let tasks = lock(tasks);
                 let size = |task: &Option<Task>| task.as_ref().map_or(0, Task::size);
                 Ok(tasks.iter().enumerate().map(|(place, task)| Ready { place, size: size(task) }).collect())
             }
@@ -130,7 +131,7 @@ impl Source for Supply<'_> {
         let sweeping = match self {
             Self::Sweeping(sweeping) => sweeping,
             Self::Collected(Collected(tasks)) => {
-                let mut tasks = tasks.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut tasks = lock(tasks);
                 return Ok(tasks.get_mut(place).and_then(Option::take));
             }
         };

@@ -70,7 +70,7 @@ pub(super) fn write(
     method: impl Fn(&Site) -> Building + Sync,
     open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
-    let head = metadata(job, plan, work.roster.corner());
+    let head = metadata(job, plan, work.roster.corners.of_all());
     let own = open.map(|open| open(&head)).transpose()?;
     let Some(model) = &plan.model else {
         let mut writer = Writer { job, plan, pool, sinks: own.into_iter().collect() };
@@ -92,7 +92,7 @@ pub(super) fn write(
     let overwrite = job.overwrite || plan.continues;
     let mut outputs = Vec::new();
     let file: Result<Box<dyn Sink + '_>> = if let Some(files) = &plan.files {
-        let heads = work.roster.corners.iter().map(|corner| metadata(job, plan, *corner)).collect();
+        let heads = work.roster.corners.of_files().map(|corner| metadata(job, plan, corner)).collect();
         Ok(Box::new(ManyFiles::new(files, heads, checkpoint.folder(), overwrite, &mut outputs)))
     } else {
         outputs.push(model.clone());
@@ -202,12 +202,6 @@ impl Writer<'_> {
 /// `corner` is that of the frames of its buildings.
 pub(super) fn metadata(job: &Job, plan: &Plan, corner: [f64; 3]) -> Metadata {
     head(job, &plan.crs, &plan.title, corner)
-}
-
-/// The corner of these frames. It depends on the footprints alone, as each frame does.
-pub(super) fn corner(origins: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
-    let corner = origins.fold([f64::INFINITY; 3], |a, b| std::array::from_fn(|axis| a[axis].min(b[axis])));
-    corner.map(|c| if c.is_finite() { c.round() } else { 0.0 })
 }
 
 /// The head of a model in `crs` with this title; `translate` where the job says nothing of it.

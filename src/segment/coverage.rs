@@ -1,6 +1,7 @@
 //! How far the tiles cover a footprint.
 
-use super::neighbourhood::{Place, Rectangle};
+use super::boxes::Rectangle;
+use super::neighbourhood::Place;
 use crate::site::{Coverage, Frame};
 use crate::source::points::Extent;
 use geo::{Area, BooleanOps, BoundingRect, MultiPolygon, Rect, coord, unary_union};

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use foldhash::fast::RandomState;
 
-use super::neighbourhood::{Neighbourhood, Place, Rectangle};
+use super::boxes::Rectangle;
+use super::neighbourhood::{Neighbourhood, Place};
 
 /// Side of the squares of which the ground is forgotten once nobody asks for it any more, metres: a whole number of blocks
 /// of [`Thinned`](super::thinned::Thinned), whatever its cells.
@@ -41,7 +42,7 @@ impl Front {
         let is_handed_out = vec![false; left.len()];
         let (asked, forgotten) = (HashMap::default(), Vec::new());
         let mut front = Self { everywhere, left, is_handed_out, asked, forgets: true, forgotten };
-        for (_, rectangle) in all.boxes() {
+        for (_, rectangle) in all.boxes.iter() {
             let squares = squares(rectangle, margin, metres_per_unit);
             front.forgets &= squares.clone().take(MOST_SQUARES + 1).count() <= MOST_SQUARES;
             if !front.forgets {

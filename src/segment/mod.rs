@@ -6,6 +6,7 @@
 //! own footprint and the points in and around it; of its neighbours it knows only that the ground inside them is not the
 //! ground around it, and, where no ground was scanned around it, on which floors they stand.
 
+mod boxes;
 mod change;
 mod company;
 mod counts;
@@ -45,13 +46,13 @@ use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use crate::source::points::{Tile, TileProblem};
 use crate::terrain::GroundStore;
+use boxes::{Boxes, Rectangle};
 use geo::MultiPolygon;
 use harvest::Roles;
 use nalgebra::Point3;
+use neighbourhood::Place;
 pub(crate) use neighbourhood::frame_of;
-use neighbourhood::{Neighbourhood, Place, Rectangle};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 pub use sweep::{Part, Sweep};
 pub use totals::Swept;
 
@@ -90,57 +91,7 @@ pub fn segment(
     progress: &(dyn Fn(u64) + Sync),
     terrain: Option<&GroundStore>,
 ) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::Outlines, progress, terrain)
-}
-
-/// The same for an object without a footprint: the polygon that stands in for it is only where it stands, and says nothing of
-/// its walls.
-///
-/// # Errors
-/// As [`segment`].
-pub fn segment_object(
-    tiles: &[Tile],
-    footprints: Vec<Footprint>,
-    crs: &Crs,
-    options: &SegmentOptions,
-    progress: &(dyn Fn(u64) + Sync),
-    terrain: Option<&GroundStore>,
-) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::Places, progress, terrain)
-}
-
-/// The same for tiles whose points all name their building, or belong to none: the footprints are only where the buildings
-/// stand.
-///
-/// # Errors
-/// As [`segment`].
-pub fn segment_named(
-    tiles: &[Tile],
-    footprints: Vec<Footprint>,
-    crs: &Crs,
-    options: &SegmentOptions,
-    progress: &(dyn Fn(u64) + Sync),
-    terrain: Option<&GroundStore>,
-) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::PlacesOfNamed, progress, terrain)
-}
-
-/// Joins a share of the footprints of a run, those [beside](Company) it among them, with the tiles that it needs; of the other
-/// tiles only where they lie is known ([`Tile::elsewhere`]). Each site is the one that [`segment`] gives with all footprints
-/// and tiles.
-///
-/// # Errors
-/// As [`segment`], but for what others may have where this share lacks it: points, points of the building classes, an
-/// attribute, a height of the terrain model.
-pub fn segment_share(
-    tiles: &[Tile],
-    footprints: Vec<Footprint>,
-    crs: &Crs,
-    options: &SegmentOptions,
-    progress: &(dyn Fn(u64) + Sync),
-    terrain: Option<&GroundStore>,
-) -> Result<Segmentation> {
-    join(tiles, footprints, crs, options, Meaning::OutlinesOfShare, progress, terrain)
+    segment_as(tiles, footprints, crs, options, Meaning::Outlines, progress, terrain)
 }
 
 /// Refuses what a run of these tiles and footprints would refuse before it reads points.
@@ -151,8 +102,7 @@ pub fn refuse(tiles: &[Tile], footprints: &[Footprint], crs: &Crs, options: &Seg
     refuse::options(options)?;
     refuse::geographic(crs)?;
     refuse::without_points(tiles)?;
-    let all = Neighbourhood::new(footprints.to_vec(), crs, options.ring_limit.max(options.ring_width))?;
-    refuse::apart(tiles, &all, crs)?;
+    refuse::apart(tiles, &Boxes::new(footprints), crs)?;
     options.ground_attribute.as_deref().map_or(Ok(()), |name| ground::refuse_unknown(name, footprints))
 }
 
@@ -170,11 +120,14 @@ pub fn refuse_classes(tiles: &[Tile], counts: &PointCounts, options: &SegmentOpt
 pub enum Meaning {
     /// The outlines of buildings: what lies inside is theirs, and there their walls stand.
     Outlines,
-    /// The same of a share of a run: others may have what these lack.
+    /// The same of a share of the footprints of a run, those [beside](Company) it among them, with the tiles that it needs; of
+    /// the other tiles only where they lie is known ([`Tile::elsewhere`]). Each site is the one that all footprints and tiles
+    /// give. What others may have where the share lacks it is no error: points, points of the building classes, an attribute, a height of the
+    /// terrain model.
     OutlinesOfShare,
-    /// Where an object stands: what lies inside is its own.
+    /// Where an object without a footprint stands: what lies inside is its own, and nothing is said of its walls.
     Places,
-    /// Where buildings stand whose points name them.
+    /// Where buildings stand whose points all name them, or belong to none.
     PlacesOfNamed,
 }
 
@@ -185,7 +138,11 @@ impl Meaning {
     }
 }
 
-fn join(
+/// The same for footprints that mean this.
+///
+/// # Errors
+/// As [`segment`].
+pub fn segment_as(
     tiles: &[Tile],
     footprints: Vec<Footprint>,
     crs: &Crs,
@@ -203,11 +160,10 @@ fn join(
     }
     let first: Vec<_> =
         (0..sweep.footprints()).into_par_iter().map(|index| sweep.site(index)).collect::<Result<_>>()?;
-    let rest: BTreeSet<usize> = sweep.rest().into_iter().map(|(index, _)| index).collect();
+    sweep.rest();
     let made = first.into_par_iter().enumerate().map(|(index, made)| match made {
         Some(made) => Ok(Some(made)),
-        None if rest.contains(&index) => sweep.site(index),
-        None => Ok(None),
+        None => sweep.site(index),
     });
     let (sites, notes) = made.collect::<Result<Vec<_>>>()?.into_iter().flatten().unzip();
     let Swept { counts, problems, warnings } = sweep.finish()?;

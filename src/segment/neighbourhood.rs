@@ -1,5 +1,6 @@
 //! Which footprints are near a place.
 
+use super::boxes::{self, Boxes, Rectangle};
 use super::shelf::Shelf;
 use crate::error::Result;
 use crate::geometry::PreparedPolygon;
@@ -8,14 +9,12 @@ use crate::source::crs::Crs;
 use crate::source::footprints::Footprint;
 use foldhash::fast::RandomState;
 use geo::{BoundingRect, MapCoords, MultiPolygon, coord};
-use rstar::primitives::GeomWithData;
-use rstar::{AABB, RTree};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 /// Coordinates are rounded to this many steps per unit of the CRS, so that the same place has the same bits whatever
 /// the scale and offset of the tile that it comes from.
-const STEPS_PER_UNIT: f64 = 1e6;
+pub(super) const STEPS_PER_UNIT: f64 = 1e6;
 /// Side of the squares for which the footprints near them are looked up once, metres.
 pub(super) const SQUARE: f64 = 8.0;
 
@@ -74,7 +73,7 @@ impl Place {
         Self {
             prepared: OnceLock::new(),
             under_roof: OnceLock::new(),
-            bounds: bounds(&footprint),
+            bounds: boxes::of(&footprint),
             about: Footprint { polygon: MultiPolygon(Vec::new()), roofprint: None, ..footprint },
             frame,
             polygon,
@@ -108,24 +107,13 @@ impl Place {
     }
 }
 
-/// Lower and upper corner of a rectangle, CRS units.
-pub(super) type Rectangle = ([f64; 2], [f64; 2]);
-
-/// The box of a footprint and its roof, CRS units.
-fn bounds(footprint: &Footprint) -> Option<Rectangle> {
-    // A roof covers its footprint.
-    let rect = footprint.roofprint.as_ref().unwrap_or(&footprint.polygon).bounding_rect()?;
-    // A step of slack: the polygons that are asked have been snapped.
-    let low = [rect.min().x, rect.min().y].map(|v| v - 2.0 / STEPS_PER_UNIT);
-    Some((low, [rect.max().x, rect.max().y].map(|v| v + 2.0 / STEPS_PER_UNIT)))
-}
-
 /// All footprints, and a tree over their boxes. Those that are asked for are made ready; those that were asked for of late are
 /// still ready.
 pub(super) struct Neighbourhood {
     shelf: Shelf,
     ready: RwLock<HashMap<usize, Arc<Place>, RandomState>>,
-    tree: RTree<GeomWithData<rstar::primitives::Rectangle<[f64; 2]>, u32>>,
+    /// Where they lie.
+    pub boxes: Boxes,
     metres_per_unit: [f64; 3],
     /// Radius around a footprint in which something is wanted, CRS units.
     reach: [f64; 2],
@@ -139,16 +127,12 @@ impl Neighbourhood {
     /// # Errors
     /// They are too many for memory, and cannot be put into a temporary file.
     pub fn new(footprints: Vec<Footprint>, crs: &Crs, reach: f64) -> Result<Self> {
-        let boxes = (0..).zip(&footprints).filter_map(|(index, footprint)| {
-            let (low, high) = bounds(footprint)?;
-            Some(GeomWithData::new(rstar::primitives::Rectangle::from_corners(low, high), index))
-        });
-        let tree = RTree::bulk_load(boxes.collect());
+        let boxes = Boxes::new(&footprints);
         let per_unit = [crs.metres_per_unit[0], crs.metres_per_unit[1]];
         Ok(Self {
             shelf: Shelf::new(footprints)?,
             ready: RwLock::default(),
-            tree,
+            boxes,
             metres_per_unit: crs.metres_per_unit,
             reach: per_unit.map(|m| reach / m),
             square: per_unit.map(|m| SQUARE / m),
@@ -193,29 +177,13 @@ impl Neighbourhood {
 
     /// Whether something is wanted of the rectangle itself.
     fn is_in_reach(&self, low: [f64; 2], high: [f64; 2]) -> bool {
-        self.near((low, high), self.reach).next().is_some()
-    }
-
-    /// Whether any footprint touches the rectangle.
-    pub fn touches(&self, low: [f64; 2], high: [f64; 2]) -> bool {
-        self.near((low, high), [0.0; 2]).next().is_some()
-    }
-
-    /// The footprints that touch a rectangle and `margin` around it, CRS units.
-    pub fn near(&self, (low, high): Rectangle, margin: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
-        let (low, high) = ([low[0] - margin[0], low[1] - margin[1]], [high[0] + margin[0], high[1] + margin[1]]);
-        self.tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)).map(|found| found.data as usize)
-    }
-
-    /// The boxes of all footprints that have one, CRS units.
-    pub fn boxes(&self) -> impl Iterator<Item = (usize, Rectangle)> + '_ {
-        self.tree.iter().map(|found| (found.data as usize, (found.geom().lower(), found.geom().upper())))
+        self.boxes.near((low, high), self.reach).next().is_some()
     }
 
     /// Whether the place, in snapped CRS units, is inside a footprint other than `own`.
     pub fn is_inside_another(&self, position: [f64; 3], own: usize) -> bool {
         let place = [position[0], position[1]];
-        self.near((place, place), [0.0; 2]).any(|other| other != own && self.place(other).contains(position))
+        self.boxes.near((place, place), [0.0; 2]).any(|other| other != own && self.place(other).contains(position))
     }
 
     /// A lookup that remembers the square that it was last asked for.
@@ -243,7 +211,7 @@ impl Lookup<'_> {
             let high = [0, 1].map(|axis| low[axis] + side[axis]);
             self.wanted = self.all.is_in_reach(low, high);
             self.inside.clear();
-            let touching = self.all.near((low, high), [0.0; 2]);
+            let touching = self.all.boxes.near((low, high), [0.0; 2]);
             self.inside.extend(touching.map(|index| (index, self.all.place(index))));
         }
         self.wanted.then_some(self.inside.as_slice())

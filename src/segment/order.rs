@@ -1,6 +1,6 @@
 //! In which order tiles are read.
 
-use super::neighbourhood::Rectangle;
+use super::boxes::Rectangle;
 use super::sweep::Reach;
 use crate::source::points::Tile;
 

@@ -1,8 +1,8 @@
 //! What cannot be segmented at all, and why.
 
+use super::boxes::Boxes;
 use super::counts::PointCounts;
 use super::harvest::Roles;
-use super::neighbourhood::Neighbourhood;
 use super::options::SegmentOptions;
 use crate::error::{InputError, Result};
 use crate::source::crs::Crs;
@@ -60,13 +60,13 @@ pub(super) fn without_points(tiles: &[Tile]) -> Result<()> {
 }
 
 /// Tiles and footprints lie apart.
-pub(super) fn apart(tiles: &[Tile], all: &Neighbourhood, crs: &Crs) -> Result<()> {
+pub(super) fn apart(tiles: &[Tile], boxes: &Boxes, crs: &Crs) -> Result<()> {
     let mut cloud = Extent::EMPTY;
     for tile in tiles.iter().filter(|tile| tile.points > 0) {
         // What is not known cannot be ruled out.
         let Some(extent) = tile.extent else { return Ok(()) };
         for area in tile.areas().iter().chain([&extent]) {
-            if all.touches([area.min[0], area.min[1]], [area.max[0], area.max[1]]) {
+            if boxes.touches([area.min[0], area.min[1]], [area.max[0], area.max[1]]) {
                 return Ok(());
             }
             cloud.join(area);
@@ -77,7 +77,7 @@ pub(super) fn apart(tiles: &[Tile], all: &Neighbourhood, crs: &Crs) -> Result<()
         return Ok(());
     }
     let mut layer = Extent::EMPTY;
-    for (_, (low, high)) in all.boxes() {
+    for (_, (low, high)) in boxes.iter() {
         layer.grow([low[0], low[1], 0.0]);
         layer.grow([high[0], high[1], 0.0]);
     }

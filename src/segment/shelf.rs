@@ -1,7 +1,7 @@
 //! Footprints that wait for their points: many of them, so they lie in a file once they are more than memory is for.
 
 use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use geo::MultiPolygon;
 use serde::{Deserialize, Serialize};
@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 use tempfile::SpooledTempFile;
 
 use crate::error::{Error, Result};
+use crate::guard::lock;
 use crate::source::footprints::{Footprint, Rings, polygons, rings};
 
 /// From so many bytes on they lie in a temporary file without a name.
@@ -101,10 +102,6 @@ impl Shelf {
         drop(file);
         Ok(serde_json::from_slice(&bytes)?)
     }
-}
-
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn fault(error: io::Error) -> Error {

@@ -8,22 +8,24 @@
 //! its neighbours, and so waits for the end.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
+use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use nalgebra::Point3;
 
+use super::boxes::Rectangle;
 use super::coverage::Covered;
 use super::front::{Front, SQUARE};
 use super::ground::{self, Around, Beside, Found, LOWEST_CELL, Lows};
 use super::harvest::{Harvest, Roles};
 use super::naming::Naming;
-use super::neighbourhood::{Neighbourhood, Rectangle};
+use super::neighbourhood::Neighbourhood;
 use super::order;
 use super::thinned::Thinned;
 use super::totals::{Swept, Totals};
 use super::waiting::Waiting;
 use super::{Finished, Meaning, SegmentOptions, finish, lexicographic, refuse, roof_height};
 use crate::error::Result;
+use crate::guard::lock;
 use crate::record::Record;
 use crate::site::{Eaves, Site};
 use crate::source::crs::Crs;
@@ -118,14 +120,14 @@ impl<'a> Sweep<'a> {
         let reach = options.ring_limit.max(options.ring_width);
         let all = Neighbourhood::new(footprints, crs, reach)?;
         if !is_share {
-            refuse::apart(tiles, &all, crs)?;
+            refuse::apart(tiles, &all.boxes, crs)?;
         }
         let units = |metres: f64| [0, 1].map(|axis| metres / crs.metres_per_unit[axis]);
         let margin = units(reach.max(super::coverage::REACH) + MARGIN);
         let tiles = order::of(tiles);
         let mut left = vec![0; all.len()];
         for within in tiles.iter().filter_map(|reach| reach.within) {
-            all.near(within, margin).for_each(|index| left[index] += 1);
+            all.boxes.near(within, margin).for_each(|index| left[index] += 1);
         }
         let everywhere = tiles.iter().filter(|reach| reach.within.is_none()).count();
         ground::read_terrain(&all, crs, |index| everywhere > 0 || left[index] > 0, options, is_share, &mut stated)?;
@@ -223,7 +225,7 @@ impl<'a> Sweep<'a> {
         let mut done: Vec<usize> = Vec::new();
         match within {
             Some(within) => {
-                for index in self.all.near(within, self.margin) {
+                for index in self.all.boxes.near(within, self.margin) {
                     front.left[index] = front.left[index].saturating_sub(1);
                     if front.left[index] == 0 {
                         done.push(index);
@@ -368,8 +370,4 @@ impl<'a> Sweep<'a> {
         }
         Ok(totals.told(self.stated.warnings, self.all.len(), self.meaning, self.options))
     }
-}
-
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -96,13 +96,24 @@ pub const CORNER: [f64; 2] = [85_000.0, 447_000.0];
 /// A made-up tile with a flat roof of class `class` at 6 m over [0, 10] × [0, 8] and ground at 0 m around it, two
 /// points per metre each way.
 pub fn write_house(path: &Path, wkt: Option<&str>, class: u8) {
+    write_house_at(0.0, path, wkt, class);
+}
+
+/// Two tiles beside each other, west.laz and east.laz, that do not name their CRS, with such a house each, 40 m apart.
+pub fn write_two_houses(folder: &Path) {
+    write_house_at(0.0, &folder.join("west.laz"), None, 6);
+    write_house_at(40.0, &folder.join("east.laz"), None, 6);
+}
+
+/// The same so many metres to the east.
+fn write_house_at(east: f64, path: &Path, wkt: Option<&str>, class: u8) {
     let mut points = Vec::new();
     for i in -20..40 {
         for j in -20..36 {
             let (x, y) = (f64::from(i) * 0.5 + 0.25, f64::from(j) * 0.5 + 0.25);
             let roof = (0.0..10.0).contains(&x) && (0.0..8.0).contains(&y);
             let (z, class) = if roof { (6.0, class) } else { (0.0, 2) };
-            points.push((CORNER[0] + x, CORNER[1] + y, z, class));
+            points.push((CORNER[0] + east + x, CORNER[1] + y, z, class));
         }
     }
     write_tile(path, wkt, &points);

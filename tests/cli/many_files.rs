@@ -10,17 +10,7 @@ use crate::bench::*;
 
 /// Two houses in two tiles, and a feature without a polygon.
 fn street(folder: &Path) {
-    let house = |west: f64| {
-        let places =
-            (-20..40).flat_map(|i| (-20..36).map(move |j| (f64::from(i) * 0.5 + 0.25, f64::from(j) * 0.5 + 0.25)));
-        let points = places.map(|(x, y)| {
-            let is_roof = (0.0..10.0).contains(&x) && (0.0..8.0).contains(&y);
-            (CORNER[0] + west + x, CORNER[1] + y, if is_roof { 6.0 } else { 0.0 }, if is_roof { 6 } else { 2 })
-        });
-        points.collect::<Vec<_>>()
-    };
-    write_tile(&folder.join("west.laz"), None, &house(0.0));
-    write_tile(&folder.join("east.laz"), None, &house(40.0));
+    write_two_houses(folder);
     let houses = [
         ("../b", rectangle(40.0, 0.0, 50.0, 8.0)),
         ("a/1", rectangle(0.0, 0.0, 10.0, 8.0)),

@@ -17,12 +17,13 @@ use rayon::prelude::*;
 use self::file::Records;
 use self::near::Near;
 use super::buildings::{Task, without_model};
+use super::corners::Corners;
 use super::file_names;
 use super::job::Job;
 use super::journal::Journal;
 use super::observer::{Event, Observer, Stage};
 use super::plan::Plan;
-use super::write::{Done, Open, corner, metadata};
+use super::write::{Done, Open, metadata};
 use crate::building::{Building, Outcome, Reason};
 use crate::error::{Error, InputError, Result};
 use crate::record::PointsFile;
@@ -91,7 +92,11 @@ pub(super) fn write(
     journal: &Journal<'_>,
     open: Option<Open<'_, '_>>,
 ) -> Result<Done> {
-    let head = metadata(job, plan, corner(tasks.iter().filter_map(Task::site).map(|site| site.frame.origin)));
+    let mut corners = Corners::new(1);
+    for site in tasks.iter().filter_map(Task::site) {
+        corners.see(0, site.frame.origin);
+    }
+    let head = metadata(job, plan, corners.of_all());
     let names = file_names::for_ids(&tasks.iter().map(Task::id).collect::<Vec<_>>());
     let names: Vec<String> = names.into_iter().map(|name| format!("{name}.laz")).collect();
     let paths: Vec<PathBuf> = names.iter().map(|name| job.output.join(name)).collect();

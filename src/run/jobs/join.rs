@@ -12,12 +12,13 @@ use super::folder::PlanFolder;
 use super::shelf::Shelf;
 use crate::error::{Error, InputError, Result};
 use crate::report::{self, BuildingReport, Counts, JobReport, QualityTally, Report, Spool, TileReport};
+use crate::run::corners::Corners;
 use crate::run::files::ManyFiles;
 use crate::run::journal::Journal;
 use crate::run::observer::{Event, Observer, Stage};
 use crate::run::records::Record;
 use crate::run::template::{Files, Template};
-use crate::run::write::{corner, head};
+use crate::run::write::head;
 use crate::run::{exit_code, output, plan};
 use crate::segment::{self, PointCounts};
 use crate::sink::{self, Encoder, Format, Ids, Metadata, Sink, is_stream, temporary};
@@ -219,27 +220,26 @@ struct Origins<'a> {
     files: Option<&'a Files>,
     /// From this place on there are features without a usable polygon, which have no corner.
     rejected_from: usize,
-    corners: Vec<[f64; 3]>,
+    corners: Corners,
 }
 
 impl<'a> Origins<'a> {
     fn new(plan: &JobPlan, files: Option<&'a Files>) -> Self {
         let count = files.map_or(1, |files| files.paths.len());
         let rejected_from = plan.footprints - plan.rejected.min(plan.footprints);
-        Self { files, rejected_from, corners: vec![[f64::INFINITY; 3]; count] }
+        Self { files, rejected_from, corners: Corners::new(count) }
     }
 
     fn see(&mut self, index: usize, id: &str, origin: [f64; 3]) {
         let file = self.files.map_or(Some(0), |files| files.of_building.get(id).copied());
-        let corner = file.filter(|_| index < self.rejected_from).and_then(|file| self.corners.get_mut(file));
-        if let Some(corner) = corner {
-            *corner = std::array::from_fn(|axis| corner[axis].min(origin[axis]));
+        if let Some(file) = file.filter(|_| index < self.rejected_from) {
+            self.corners.see(file, origin);
         }
     }
 
     fn heads(&self, plan: &JobPlan) -> Vec<Metadata> {
         let job = plan.job();
-        self.corners.iter().map(|own| head(&job, &plan.crs, &plan.title, corner(std::iter::once(*own)))).collect()
+        self.corners.of_files().map(|corner| head(&job, &plan.crs, &plan.title, corner)).collect()
     }
 }
 

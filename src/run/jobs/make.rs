@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use geo::Rect;
 use rayon::prelude::*;
 
 use super::cost::Cost;
@@ -52,7 +53,8 @@ pub fn make(job: &Job, split: Split, folder: &PlanFolder, overwrite: bool, obser
             cost: cost.of(&run.footprints[index].polygon),
         };
         let shares = divide(wanted.iter().map(item).collect(), jobs);
-        let maker = Maker { run: &run, wanted: &wanted, company: &company, tree: &tree, cost, folder };
+        let extents = template::extents(&run.tiles);
+        let maker = Maker { run: &run, wanted: &wanted, company: &company, tree: &tree, extents, cost, folder };
         let last = shares.len().saturating_sub(1);
         let all = shares.into_iter().enumerate();
         all.map(|(number, share)| {
@@ -130,6 +132,8 @@ struct Maker<'a> {
     wanted: &'a [usize],
     company: &'a Company,
     tree: &'a TileTree,
+    /// Where the tiles lie, for names of files.
+    extents: Vec<Option<Rect<f64>>>,
     cost: Cost,
     folder: &'a PlanFolder,
 }
@@ -138,16 +142,15 @@ impl Maker<'_> {
     /// Writes the footprints of a job; the last one takes the features without a usable polygon as well, which cost
     /// nothing.
     fn job(&self, job: usize, share: &[usize], is_last: bool) -> Result<PlannedJob> {
-        let Self { run, wanted, company, tree, cost, folder } = self;
+        let Self { run, wanted, company, tree, extents, cost, folder } = self;
         let beside = company.beside(share);
         let mut all = [share, &beside].concat();
         all.sort_unstable();
         let tiles = company.tiles(all.iter().copied(), tree);
-        let extents = template::extents(&run.tiles);
         let lines = all.iter().map(|&index| {
             let footprint = &run.footprints[index];
             let place = share.binary_search(&index).ok().and_then(|_| wanted.binary_search(&index).ok());
-            let tile = if place.is_some() { template::tile_of(footprint, &extents) } else { 0 };
+            let tile = if place.is_some() { template::tile_of(footprint, extents) } else { 0 };
             ShareLine::footprint(footprint, place, tile)
         });
         let rejected = if is_last { run.rejected.as_slice() } else { &[] };

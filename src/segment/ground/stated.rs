@@ -153,7 +153,8 @@ fn by_terrain(
     stated: &mut Stated,
 ) -> Result<Option<InputError>> {
     let mut order: Vec<(usize, [f64; 2], [i64; 2])> = all
-        .boxes()
+        .boxes
+        .iter()
         .filter(|(index, _)| wanted(*index) && !stated.attributes.contains_key(index))
         .map(|(index, (low, _))| {
             let square = [1, 0].map(|axis| (low[axis] * crs.metres_per_unit[axis] / SQUARE).floor() as i64);

@@ -1,7 +1,7 @@
 //! Points that name their building.
 
 use super::{block, crs, footprint};
-use crate::segment::{SegmentOptions, Segmentation, segment, segment_named};
+use crate::segment::{Meaning, SegmentOptions, Segmentation, segment, segment_as};
 use crate::source::points::{ScanPoint, SpillWriter, Tile};
 
 /// Three points in footprint `a` that name nothing, `b` and a building that there is not, and one that names `a` far away.
@@ -39,6 +39,6 @@ fn a_name_goes_before_the_place() {
     let found = segment(&tiles(), houses(), &crs(1.0), &options, &|_| {}, None).unwrap();
     assert_eq!(places(&found), [vec![1.0, 900.0], vec![2.0]]);
     assert_eq!((found.counts.read, found.counts.kept, found.counts.dropped.unknown_building), (5, 3, 1));
-    let named = segment_named(&tiles(), houses(), &crs(1.0), &options, &|_| {}, None).unwrap();
+    let named = segment_as(&tiles(), houses(), &crs(1.0), &options, Meaning::PlacesOfNamed, &|_| {}, None).unwrap();
     assert_eq!(places(&named), [vec![900.0], vec![2.0]]);
 }
