@@ -87,7 +87,8 @@ pub(super) fn of(path: &Path) -> Result<(Store, Key)> {
         // Its address is the whole one: a path may have parts that keys have not, and a query.
         return Ok((web(&address.full).map_err(fault)?, Key::default()));
     }
-    let key = Key::parse(&address.key).map_err(|error| fault(error.into()))?;
+    // Behind a separator of its own: one at the front is taken off without a word, and `bucket//key` would name another object.
+    let key = Key::parse(format!("/{}", address.key)).map_err(|error| fault(error.into()))?;
     let mut stores = STORES.lock().unwrap_or_else(PoisonError::into_inner);
     let place = (address.service, address.container.clone());
     if let Some(store) = stores.get(&place) {
