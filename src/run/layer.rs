@@ -195,9 +195,7 @@ fn refuse_unknown(layer: &FootprintLayer, job: &Job) -> Result<()> {
 
 /// What is to be told of attributes whose names are gable's own, such as those of a model that it made before.
 fn reserved(layer: &FootprintLayer, attributes: &AttributeOptions) -> Option<String> {
-    let footprints = layer.footprints.iter().map(|footprint| &footprint.attributes);
-    let all = footprints.chain(layer.rejected.iter().map(|feature| &feature.attributes));
-    let names: BTreeSet<&str> = all.flat_map(|attributes| attributes.keys()).map(String::as_str).collect();
+    let names: BTreeSet<&str> = layer.columns.iter().map(String::as_str).collect();
     let is_renamed = |name: &&str| attributes.source.have(name) && attributes.reserves(name);
     let names: Vec<&str> = names.into_iter().filter(is_renamed).collect();
     let rest = names.len().saturating_sub(SHOWN);
@@ -217,7 +215,7 @@ pub(super) fn rejected(feature: Rejected, crs: &Crs) -> Building {
     Building {
         id,
         frame: Frame { origin: [0.0; 3], metres_per_unit: crs.metres_per_unit },
-        attributes,
+        attributes: attributes.to_map(),
         model: Model::default(),
         outcome: Outcome::Rejected { reason: Reason::NoPolygon, detail: reason },
         record: Record::default(),

@@ -166,10 +166,9 @@ fn read(path: &Path, crs: &Crs, journal: &Journal<'_>) -> Result<Vec<MultiPolygo
 
 #[cfg(test)]
 mod tests {
-    use geo::{Rect, coord};
-    use serde_json::Map;
-
     use super::*;
+    use crate::source::footprints::Attributes;
+    use geo::{Rect, coord};
 
     fn footprint(x: f64, y: f64) -> Footprint {
         let square = Rect::new(coord! { x: x - 1.0, y: y - 1.0 }, coord! { x: x + 1.0, y: y + 1.0 });
@@ -177,7 +176,7 @@ mod tests {
             id: String::new(),
             polygon: MultiPolygon(vec![square.to_polygon()]),
             roofprint: None,
-            attributes: Map::new(),
+            attributes: Attributes::default(),
             notes: Vec::new(),
         }
     }

@@ -77,7 +77,7 @@ pub(super) fn give(
 fn attach(footprints: &mut [Footprint], roofs: &[Footprint], id: Option<&str>) -> Vec<String> {
     let by_id: HashMap<String, usize> = id.map_or_else(HashMap::new, |id| {
         let named = roofs.iter().enumerate();
-        named.filter_map(|(index, roof)| Some((text(roof.attributes.get(id)?)?, index))).collect()
+        named.filter_map(|(index, roof)| Some((text(&roof.attributes.get(id)?)?, index))).collect()
     });
     let over = tree(roofs);
     let roof_of = |footprint: &Footprint| {
@@ -178,7 +178,7 @@ mod tests {
         let polygon = polygon![(x: x[0], y: y[0]), (x: x[1], y: y[0]), (x: x[1], y: y[1]), (x: x[0], y: y[1])];
         let attributes = if let Value::Object(attributes) = attributes { attributes } else { Map::new() };
         let polygon = MultiPolygon(vec![polygon]);
-        Footprint { id: id.to_owned(), polygon, roofprint: None, attributes, notes: Vec::new() }
+        Footprint { id: id.to_owned(), polygon, roofprint: None, attributes: attributes.into(), notes: Vec::new() }
     }
 
     #[test]

@@ -4,13 +4,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use geo::{MultiPolygon, Rect, coord};
-use serde_json::Map;
 
 use super::parts::{Parts, Plan};
 use crate::error::{InputError, Result};
 use crate::segment::{BuildingClasses, NOISE, SegmentOptions};
 use crate::site::{Coverage, Site};
-use crate::source::footprints::Footprint;
+use crate::source::footprints::{Attributes, Footprint};
 use crate::source::points::{Extent, ScanPoint, Tile};
 
 /// How far the rectangle reaches beyond the outermost points, CRS units, so that they lie inside it.
@@ -159,7 +158,7 @@ fn footprint(id: &str, own: &Extent) -> Footprint {
         id: id.to_owned(),
         polygon: MultiPolygon(vec![rectangle.to_polygon()]),
         roofprint: None,
-        attributes: Map::new(),
+        attributes: Attributes::default(),
         notes: Vec::new(),
     }
 }

@@ -194,7 +194,7 @@ mod tests {
                     id: String::new(),
                     polygon,
                     roofprint: None,
-                    attributes: serde_json::Map::new(),
+                    attributes: crate::source::footprints::Attributes::default(),
                     notes: Vec::new(),
                 },
                 &extents,

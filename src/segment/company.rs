@@ -146,7 +146,7 @@ mod tests {
             id: String::new(),
             polygon: MultiPolygon(vec![rect.to_polygon()]),
             roofprint: None,
-            attributes: serde_json::Map::new(),
+            attributes: crate::source::footprints::Attributes::default(),
             notes: Vec::new(),
         }
     }

@@ -19,6 +19,8 @@ pub struct DroppedPoints {
     pub unknown_building: u64,
     /// Building points that stand in the tiles more than once.
     pub duplicate: u64,
+    /// Of buildings that hold far more points than their planes need.
+    pub dense: u64,
     /// With `any`: in a footprint, but too low above the ground.
     pub low: u64,
     /// With `any`: in a footprint, but not on anything flat.
@@ -60,6 +62,7 @@ impl PointCounts {
         a.absurd += b.absurd;
         a.unknown_building += b.unknown_building;
         a.duplicate += b.duplicate;
+        a.dense += b.dense;
         a.low += b.low;
         a.vegetation += b.vegetation;
         a.hovering += b.hovering;

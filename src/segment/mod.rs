@@ -11,6 +11,7 @@ mod change;
 mod company;
 mod counts;
 mod coverage;
+mod dense;
 mod front;
 mod ground;
 mod harvest;
@@ -191,6 +192,7 @@ fn finish(
     let mut counts = PointCounts::default();
     let dropped = &mut counts.dropped;
     if has_points {
+        dropped.dense = dense::thin(&mut points, &place.polygon);
         if options.building_classes.is_any() {
             let least = ground.height + options.least_height;
             dropped.low = without(&mut points, |points| points.retain(|p| p[2] >= least));

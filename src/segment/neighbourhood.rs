@@ -229,7 +229,7 @@ mod tests {
             id: String::new(),
             polygon: square,
             roofprint: None,
-            attributes: serde_json::Map::new(),
+            attributes: crate::source::footprints::Attributes::default(),
             notes: Vec::new(),
         };
         let all = Neighbourhood::new(vec![footprint], &Crs::local(), 3.0).unwrap();

@@ -5,12 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use geo::MultiPolygon;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 use tempfile::SpooledTempFile;
 
 use crate::error::{Error, Result};
 use crate::guard::lock;
-use crate::source::footprints::{Footprint, Rings, polygons, rings};
+use crate::source::footprints::{Attributes, Footprint, Rings, polygons, rings};
 
 /// From so many bytes on they lie in a temporary file without a name.
 const IN_MEMORY: usize = 1 << 20;
@@ -31,7 +30,7 @@ struct Kept {
     id: String,
     polygon: Rings,
     roofprint: Option<Rings>,
-    attributes: Map<String, Value>,
+    attributes: Attributes,
     notes: Vec<String>,
 }
 
@@ -77,7 +76,7 @@ impl Shelf {
                     id: String::new(),
                     polygon: MultiPolygon(Vec::new()),
                     roofprint: None,
-                    attributes: Map::new(),
+                    attributes: Attributes::default(),
                     notes: Vec::new(),
                 }
             },
@@ -137,7 +136,7 @@ mod tests {
                 id: format!("{i}"),
                 polygon: geo::MapCoords::map_coords(&square, |c| geo::coord! { x: c.x + x, y: c.y / 3.0 }),
                 roofprint: i.is_multiple_of(2).then(|| square.clone()),
-                attributes: attributes.as_object().unwrap().clone(),
+                attributes: attributes.as_object().unwrap().clone().into(),
                 notes: vec![format!("note {i}")],
             }
         };

@@ -14,6 +14,7 @@ use nalgebra::Point3;
 
 use super::boxes::Rectangle;
 use super::coverage::Covered;
+use super::dense;
 use super::front::{Front, SQUARE};
 use super::ground::{self, Around, Beside, Found, LOWEST_CELL, Lows};
 use super::harvest::{Harvest, Roles};
@@ -337,12 +338,15 @@ impl<'a> Sweep<'a> {
             coverage,
             covered,
             eaves,
-            attributes,
+            attributes: attributes.to_map(),
             edits: Vec::new(),
             record: Record { roof_height, ..Record::default() },
         };
         let guess = ground::guess(&site).filter(|_| self.meaning.is_outline());
         notes.extend(self.stated.notes.get(&index).cloned());
+        if counts.dropped.dense > 0 {
+            notes.push(dense::note(counts.dropped.dense, used - duplicate - counts.dropped.dense));
+        }
         counts.dropped.duplicate = duplicate;
         lock(&self.totals).see(index, used, &counts, !site.points.is_empty(), guess.is_some());
         // Of an object more is known once its planes are found.

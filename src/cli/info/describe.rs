@@ -229,12 +229,6 @@ fn not_used(summary: &TileSummary) -> Vec<String> {
 }
 
 fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {
-    let mut attributes: Vec<String> = Vec::new();
-    for name in layer.footprints.iter().flat_map(|footprint| footprint.attributes.keys()) {
-        if !attributes.contains(name) {
-            attributes.push(name.clone());
-        }
-    }
     let area = || layer.footprints.iter().map(|f| f.polygon.unsigned_area()).sum::<f64>();
     FootprintsInfo {
         file,
@@ -247,7 +241,7 @@ fn describe_layer(file: String, layer: &FootprintLayer) -> FootprintsInfo {
             .map(|feature| RejectedInfo { id: feature.id.clone(), detail: feature.reason.clone() })
             .collect(),
         id_attribute: layer.id_attribute.clone(),
-        attributes,
+        attributes: layer.columns.clone(),
         extent: layer.extent().map(|rectangle| [rectangle.min().into(), rectangle.max().into()]),
         area: layer
             .crs

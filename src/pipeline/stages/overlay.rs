@@ -6,7 +6,7 @@ use std::sync::Arc;
 use geo::{BoundingRect, Coord, Intersects, MultiPolygon};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::error::{InputError, Result};
 use crate::pipeline::options::{Kind, OptionSpec, Values};
@@ -116,13 +116,12 @@ impl Overlay {
         let layer = footprints::read(path, &options)?;
         self.warnings.extend(layer.warnings.iter().cloned());
         let fault = |found: String, expected: String| InputError::new(&layer.path, found, expected);
-        let first = |attributes: &Map<String, Value>| attributes.keys().next().cloned();
         let mut all = layer.footprints.iter().map(|footprint| &footprint.attributes);
         let column = match self.values.text("column") {
             Some(column) => {
-                let is_there = layer.footprints.is_empty() || all.any(|attributes| attributes.contains_key(column));
+                let is_there = layer.footprints.is_empty() || all.any(|attributes| attributes.get(column).is_some());
                 if !is_there {
-                    let known = layer.footprints[0].attributes.keys().cloned().collect::<Vec<_>>().join(", ");
+                    let known = layer.columns.join(", ");
                     return Err(self
                         .values
                         .fault("column", &format!("`{column}`, which no polygon has"), known)
@@ -130,11 +129,11 @@ impl Overlay {
                 }
                 column.to_owned()
             }
-            None => all.find_map(first).unwrap_or_default(),
+            None => all.find_map(|attributes| attributes.to_map().into_iter().next()).unwrap_or_default().0,
         };
         let mut values = Vec::with_capacity(layer.footprints.len());
         for footprint in &layer.footprints {
-            let value = number_of(footprint.attributes.get(&column)).map_err(|found| {
+            let value = number_of(footprint.attributes.get(&column).as_ref()).map_err(|found| {
                 fault(format!("{found} as `{column}`"), "a number".to_owned())
                     .at(format!("feature {}", footprint.id))
                     .remedy("Name the attribute with the value as `column`")

@@ -4,10 +4,9 @@
 //! needed any more.
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
 use crate::run::records::checksum;
-use crate::source::footprints::{Footprint, Rejected, Rings, polygons, rings};
+use crate::source::footprints::{Attributes, Footprint, Rejected, Rings, polygons, rings};
 
 /// A line of the file.
 #[derive(Debug, Serialize, Deserialize)]
@@ -22,7 +21,7 @@ pub(super) enum ShareLine {
         id: String,
         polygon: Rings,
         roofprint: Option<Rings>,
-        attributes: Map<String, Value>,
+        attributes: Attributes,
         notes: Vec<String>,
     },
     /// A feature without a usable polygon.
@@ -32,7 +31,7 @@ pub(super) enum ShareLine {
         /// Its number in the file, from 0.
         index: usize,
         id: String,
-        attributes: Map<String, Value>,
+        attributes: Attributes,
         reason: String,
     },
 }
@@ -124,6 +123,8 @@ pub(super) fn decoded(bytes: &[u8], expected: &str) -> Option<Share> {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Map, Value};
+
     use super::*;
 
     #[test]
@@ -135,10 +136,15 @@ mod tests {
             id: "é\n".to_owned(),
             roofprint: Some(polygon.clone()),
             polygon: polygon.clone(),
-            attributes: [("a".to_owned(), Value::from(0.1 + 0.7))].into_iter().collect(),
+            attributes: Map::from_iter([("a".to_owned(), Value::from(0.1 + 0.7))]).into(),
             notes: vec!["a note".to_owned()],
         };
-        let line = Rejected { index: 7, id: "line".to_owned(), attributes: Map::new(), reason: "a line".to_owned() };
+        let line = Rejected {
+            index: 7,
+            id: "line".to_owned(),
+            attributes: Attributes::default(),
+            reason: "a line".to_owned(),
+        };
         let lines = [
             ShareLine::footprint(&house, Some(4), 2),
             ShareLine::footprint(&house, None, 3),

@@ -1,6 +1,6 @@
 //! Floors that the user states: by an attribute of the footprints, or by a terrain model.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use geo::BoundingRect;
@@ -98,11 +98,12 @@ pub(in crate::segment) fn read_terrain(
 /// # Errors
 /// The attributes that there are.
 pub(in crate::segment) fn refuse_unknown(name: &str, footprints: &[Footprint]) -> Result<()> {
-    if !footprints.iter().any(|footprint| footprint.attributes.contains_key(name)) {
-        let mut names: Vec<&str> =
-            footprints.iter().flat_map(|footprint| footprint.attributes.keys()).map(String::as_str).collect();
-        names.sort_unstable();
-        names.dedup();
+    if !footprints.iter().any(|footprint| footprint.attributes.get(name).is_some()) {
+        let names: BTreeSet<String> = footprints
+            .iter()
+            .flat_map(|footprint| footprint.attributes.to_map().into_iter().map(|(name, _)| name))
+            .collect();
+        let mut names: Vec<String> = names.into_iter().collect();
         let more = if names.len() > MOST_NAMES { ", …" } else { "" };
         names.truncate(MOST_NAMES);
         let expected = match names.as_slice() {
@@ -118,11 +119,12 @@ pub(in crate::segment) fn refuse_unknown(name: &str, footprints: &[Footprint]) -
 fn by_attribute(name: &str, footprints: &[Footprint], crs: &Crs, stated: &mut Stated) {
     for (index, footprint) in footprints.iter().enumerate() {
         let value = footprint.attributes.get(name);
-        if let Some(height) = value.and_then(number) {
+        if let Some(height) = value.as_ref().and_then(number) {
             let frame = frame_of(&footprint.polygon, crs.metres_per_unit);
             stated.attributes.insert(index, (height - frame.origin[2]) * frame.metres_per_unit[2]);
         } else {
-            let found = value.map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no height"));
+            let found =
+                value.as_ref().map_or_else(|| "is not there".to_owned(), |value| format!("is {value}, no height"));
             stated.notes.insert(index, format!("the attribute {name:?} {found}: its floor comes from elsewhere"));
         }
     }

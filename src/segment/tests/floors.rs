@@ -70,7 +70,7 @@ fn neighbours_on_ground_tell_the_floor_between_them() {
 fn an_attribute_goes_first_and_what_is_no_number_is_told() {
     let (points, mut houses) = street(false, &[0, 1, 2, 3]);
     for (house, value) in [(0, json!(1.25)), (1, json!(" 2.5 ")), (2, json!("unknown"))] {
-        houses[house].attributes.insert("floor".into(), value);
+        houses[house].attributes = Map::from_iter([("floor".to_owned(), value)]).into();
     }
     let cloud = Cloud::new().tile("a.laz", Style::default(), &points);
     let options = SegmentOptions { ground_attribute: Some("floor".into()), ..SegmentOptions::default() };

@@ -13,7 +13,7 @@ use super::{BuildingClasses, GroundLevel, SegmentOptions, Segmentation, segment}
 use crate::geometry::{PreparedPolygon, Random};
 use crate::site::{GroundSource, Site};
 use crate::source::crs::Crs;
-use crate::source::footprints::Footprint;
+use crate::source::footprints::{Attributes, Footprint};
 use crate::source::points::fixture::{self, Plain, Style};
 use crate::source::points::{Tile, TileProblem};
 use geo::{Contains, Distance, Euclidean, MultiPolygon, Point, coord, polygon};
@@ -35,7 +35,13 @@ fn crs(metres: f64) -> Crs {
 }
 
 fn footprint(id: &str, polygon: MultiPolygon<f64>) -> Footprint {
-    Footprint { id: id.into(), polygon, roofprint: None, attributes: Map::new(), notes: vec![format!("note of {id}")] }
+    Footprint {
+        id: id.into(),
+        polygon,
+        roofprint: None,
+        attributes: Attributes::default(),
+        notes: vec![format!("note of {id}")],
+    }
 }
 
 fn block(x: [f64; 2], y: [f64; 2]) -> MultiPolygon<f64> {

@@ -83,7 +83,7 @@ fn a_geopackage_is_read_as_footprints_with_typed_attributes() {
     let areas: Vec<(String, f64)> = layer
         .footprints
         .iter()
-        .map(|f| (f.attributes["id"].as_str().unwrap().to_owned(), f.polygon.unsigned_area()))
+        .map(|f| (f.attributes.get("id").unwrap().as_str().unwrap().to_owned(), f.polygon.unsigned_area()))
         .collect();
     let expected = [(neighbourhood()[0].id.clone(), 48.0), ("A".to_owned(), 48.0), ("A-0".to_owned(), 9.0)];
     assert_eq!(areas.len(), 3);

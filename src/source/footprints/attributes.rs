@@ -1,8 +1,121 @@
 //! The attributes of features by their names.
 
 use std::collections::HashSet;
+use std::fmt;
 
+use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
+
+/// Values that are nested deeper are kept as their text: what reads them later reads no deeper than 128, and they lie deeper there.
+const DEEPEST: usize = 32;
+
+/// The attributes of a feature, in their order.
+///
+/// There are as many as footprints, and few of them are looked at, so they are kept as the text of a JSON object: that takes a
+/// quarter of the memory of a map. Numbers come back to the last bit.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Attributes(Box<str>);
+
+impl Attributes {
+    /// All of them.
+    pub fn to_map(&self) -> Map<String, Value> {
+        // What was written by `From` is read.
+        serde_json::from_str(&self.0).unwrap_or_default()
+    }
+
+    /// The value of an attribute by its name.
+    pub fn get(&self, name: &str) -> Option<Value> {
+        self.find(name).exact
+    }
+
+    /// The value of an attribute by its name; by its name without regard to case where there is no such.
+    pub fn meant(&self, name: &str) -> Option<Value> {
+        let Found { exact, alike, .. } = self.find(name);
+        exact.or(alike)
+    }
+
+    fn find(&self, name: &str) -> Found {
+        let mut text = serde_json::Deserializer::from_str(&self.0);
+        text.deserialize_map(Find(name)).unwrap_or_default()
+    }
+}
+
+impl From<Map<String, Value>> for Attributes {
+    fn from(mut attributes: Map<String, Value>) -> Self {
+        for value in attributes.values_mut().filter(|value| is_deeper(value, DEEPEST)) {
+            *value = Value::String(value.to_string());
+        }
+        Self(Value::Object(attributes).to_string().into_boxed_str())
+    }
+}
+
+impl Default for Attributes {
+    fn default() -> Self {
+        Self::from(Map::new())
+    }
+}
+
+impl fmt::Debug for Attributes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// As the text.
+impl Serialize for Attributes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for Attributes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(|text| Self(text.into_boxed_str()))
+    }
+}
+
+fn is_deeper(value: &Value, levels: usize) -> bool {
+    let Some(levels) = levels.checked_sub(1) else { return value.is_array() || value.is_object() };
+    match value {
+        Value::Array(values) => values.iter().any(|value| is_deeper(value, levels)),
+        Value::Object(values) => values.values().any(|value| is_deeper(value, levels)),
+        _ => false,
+    }
+}
+
+/// What is found of a name.
+#[derive(Default)]
+struct Found {
+    exact: Option<Value>,
+    /// The first whose name differs in case alone.
+    alike: Option<Value>,
+}
+
+/// Looks for a name, and skips the values of all others.
+struct Find<'a>(&'a str);
+
+impl<'de> Visitor<'de> for Find<'_> {
+    type Value = Found;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("attributes")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Found, A::Error> {
+        let mut found = Found::default();
+        while let Some(name) = map.next_key::<String>()? {
+            if name == self.0 {
+                found.exact = Some(map.next_value()?);
+            } else if found.alike.is_none() && name.eq_ignore_ascii_case(self.0) {
+                found.alike = Some(map.next_value()?);
+            } else {
+                map.next_value::<IgnoredAny>()?;
+            }
+        }
+        Ok(found)
+    }
+}
 
 /// The names of attributes in the order in which they first occur.
 #[derive(Default)]
@@ -72,6 +185,39 @@ pub fn attribute<'a>(attributes: &'a Map<String, Value>, name: &str) -> Option<&
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn attributes_come_back_in_their_order_to_the_last_bit() {
+        let map = serde_json::json!({
+            "b": 0.1 + 0.2, "a": "é\n\"", "Name": 1, "name": null, "big": u64::MAX, "list": [1, {"x": [-0.0]}]
+        });
+        let map = map.as_object().unwrap();
+        let attributes = Attributes::from(map.clone());
+        assert_eq!(Value::Object(attributes.to_map()).to_string(), Value::Object(map.clone()).to_string());
+        for (name, value) in map {
+            assert_eq!(attributes.get(name).as_ref(), Some(value));
+        }
+        assert_eq!((attributes.get("NAME"), attributes.meant("NAME")), (None, Some(Value::from(1))));
+        assert_eq!(attributes.meant("name"), Some(Value::Null));
+        assert_eq!(attributes.meant("nothing"), None);
+        assert_eq!(Attributes::default().to_map(), Map::new());
+        let written = serde_json::to_string(&attributes).unwrap();
+        assert_eq!(serde_json::from_str::<Attributes>(&written).unwrap(), attributes);
+    }
+
+    #[test]
+    fn what_is_nested_too_deep_to_be_read_again_becomes_text() {
+        for (levels, is_text) in [(1, false), (DEEPEST, false), (DEEPEST + 1, true), (120, true)] {
+            let deep = (0..levels).fold(Value::Null, |inner, level| match level % 2 {
+                0 => Value::Array(vec![inner]),
+                _ => serde_json::json!({ "in": inner }),
+            });
+            let text = deep.to_string();
+            let attributes = Attributes::from(Map::from_iter([("deep".to_owned(), deep.clone())]));
+            let expected = if is_text { Value::String(text) } else { deep };
+            assert_eq!(attributes.get("deep"), Some(expected), "{levels}");
+        }
+    }
 
     #[test]
     fn names_become_distinct_and_are_found_whatever_their_case() {

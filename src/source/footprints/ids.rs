@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::attributes::meant;
-use super::{FootprintOptions, attribute, names};
+use super::{Attributes, FootprintOptions, names};
 use crate::error::{InputError, Result};
 
 /// Attributes that hold ids in the data of mapping agencies and in common exports, best first.
@@ -60,7 +60,7 @@ pub(super) struct Ids {
 
 /// Gives every feature an id that is unique among `features`; `columns` are all attributes that occur.
 pub(super) fn assign<'a>(
-    features: impl Iterator<Item = &'a Map<String, Value>> + Clone,
+    features: impl Iterator<Item = &'a Attributes> + Clone,
     columns: &[String],
     options: &FootprintOptions,
     path: &Path,
@@ -69,9 +69,8 @@ pub(super) fn assign<'a>(
         Some(wanted) => Some(named(wanted, columns, path)?),
         None => guess(&features, columns),
     };
-    let real: Vec<Option<String>> = features
-        .map(|feature| attribute.as_deref().and_then(|name| text_of(super::attribute(feature, name)?)))
-        .collect();
+    let real: Vec<Option<String>> =
+        features.map(|feature| attribute.as_deref().and_then(|name| text_of(&feature.meant(name)?))).collect();
     let taken: HashSet<&str> = real.iter().flatten().map(String::as_str).collect();
     let mut used: HashSet<String> = HashSet::new();
     let (mut missing, mut repeated) = (0, 0);
@@ -140,14 +139,15 @@ fn named(wanted: &str, columns: &[String], path: &Path) -> Result<String> {
 
 /// The best known attribute that has a different value in every feature; else any such whose name ends in `id`; else
 /// the best known one that has a value at all.
-fn guess<'a>(features: &(impl Iterator<Item = &'a Map<String, Value>> + Clone), columns: &[String]) -> Option<String> {
+fn guess<'a>(features: &(impl Iterator<Item = &'a Attributes> + Clone), columns: &[String]) -> Option<String> {
     let present: Vec<&String> =
         KNOWN.iter().filter_map(|known| columns.iter().find(|c| c.eq_ignore_ascii_case(known))).collect();
+    let id_of = |feature: &Attributes, name: &str| feature.meant(name).as_ref().and_then(text_of);
     let is_unique = |name: &&&String| {
         let mut seen = HashSet::new();
-        features.clone().all(|f| attribute(f, name).and_then(text_of).is_some_and(|id| seen.insert(id)))
+        features.clone().all(|f| id_of(f, name).is_some_and(|id| seen.insert(id)))
     };
-    let has_any = |name: &&&String| features.clone().any(|f| attribute(f, name).and_then(text_of).is_some());
+    let has_any = |name: &&&String| features.clone().any(|f| id_of(f, name).is_some());
     let ends_in_id: Vec<&String> = columns.iter().filter(|c| c.to_ascii_lowercase().ends_with("id")).collect();
     let best = present.iter().find(is_unique).or_else(|| ends_in_id.iter().find(is_unique));
     best.or_else(|| present.iter().find(has_any)).map(|name| (*name).clone())

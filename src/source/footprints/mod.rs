@@ -39,7 +39,7 @@ use super::crs::{Crs, Transformer};
 use super::objects;
 use crate::error::{InputError, Result};
 use attributes::Columns;
-pub use attributes::attribute;
+pub use attributes::{Attributes, attribute};
 use fetched::Fetched;
 use filter::Filter;
 use outline::Outline;
@@ -57,15 +57,15 @@ pub struct Footprint {
     /// the same CRS. The footprints of a file have none.
     pub roofprint: Option<MultiPolygon<f64>>,
     /// All attributes.
-    pub attributes: Map<String, Value>,
+    pub attributes: Attributes,
     /// What was repaired or made up, one sentence each.
     pub notes: Vec<String>,
 }
 
 impl Footprint {
     /// The value of an attribute by its name; by its name without regard to case where there is no such.
-    pub fn attribute(&self, name: &str) -> Option<&Value> {
-        attribute(&self.attributes, name)
+    pub fn attribute(&self, name: &str) -> Option<Value> {
+        self.attributes.meant(name)
     }
 }
 
@@ -77,7 +77,7 @@ pub struct Rejected {
     /// Its id, unique within the layer as that of a footprint.
     pub id: String,
     /// All attributes.
-    pub attributes: Map<String, Value>,
+    pub attributes: Attributes,
     /// Why it cannot be used.
     pub reason: String,
 }
@@ -202,7 +202,7 @@ struct RawFeature {
 struct Kept {
     /// Its number in the file.
     index: usize,
-    attributes: Map<String, Value>,
+    attributes: Attributes,
     /// Its polygon and what was repaired, or why there is none.
     polygon: Result<(MultiPolygon<f64>, Vec<String>), String>,
 }
@@ -245,7 +245,7 @@ pub fn read_until(path: &Path, options: &FootprintOptions, interrupted: &dyn Fn(
         if filter.as_ref().is_none_or(|filter| filter.matches(&feature.attributes)) {
             let RawFeature { attributes, outline } = feature;
             // Judged at once: a polygon takes less room than the rings that it is made of.
-            let attributes = exactly(attributes);
+            let attributes = attributes.into();
             kept.push(Kept { index, attributes, polygon: outline.and_then(Outline::into_valid) });
         }
         index += 1;
@@ -311,13 +311,6 @@ fn refuse_query(path: &Path, options: &FootprintOptions, is_database: bool) -> R
             .into()),
         _ => Ok(()),
     }
-}
-
-/// The same in as little memory as it takes: a map that has grown has room for more, and there is one for each feature.
-fn exactly(attributes: Map<String, Value>) -> Map<String, Value> {
-    let mut exact = Map::with_capacity(attributes.len());
-    exact.extend(attributes);
-    exact
 }
 
 impl FootprintLayer {

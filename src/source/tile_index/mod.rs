@@ -12,7 +12,7 @@ use geo::BoundingRect;
 use serde_json::Value;
 
 use super::crs::Crs;
-use super::footprints::{self, Footprint, FootprintOptions, Rejected};
+use super::footprints::{self, Attributes, Footprint, FootprintOptions, Rejected};
 use super::objects;
 use super::open;
 use crate::error::{Error, InputError, Result};
@@ -107,16 +107,12 @@ fn of_polygons(path: PathBuf) -> Result<TileIndex> {
         );
         return Err(fault.remedy(remedy).into());
     };
-    let tile =
-        |attributes: &serde_json::Map<String, Value>, id: &str, extent: Option<[f64; 4]>| match footprints::attribute(
-            attributes, name,
-        )
-        .and_then(Value::as_str)
-        .filter(|text| !text.is_empty())
-        {
-            Some(text) => Ok(IndexedTile { path: objects::label(&objects::resolved(text, &path)), extent }),
-            None => Err(InputError::new(&path, "no name of a tile", "text").at(format!("feature {id}, `{name}`"))),
-        };
+    let tile = |attributes: &Attributes, id: &str, extent: Option<[f64; 4]>| match attributes.meant(name) {
+        Some(Value::String(text)) if !text.is_empty() => {
+            Ok(IndexedTile { path: objects::label(&objects::resolved(&text, &path)), extent })
+        }
+        _ => Err(InputError::new(&path, "no name of a tile", "text").at(format!("feature {id}, `{name}`"))),
+    };
     let placed = layer.footprints.iter().map(|Footprint { attributes, id, polygon, .. }| {
         let rect = polygon.bounding_rect();
         tile(attributes, id, rect.map(|rect| [rect.min().x, rect.min().y, rect.max().x, rect.max().y]))

@@ -31,7 +31,7 @@ fn names_that_a_dbase_table_has_shortened_to_one_stay_two_attributes() {
     bytes[second..second + 10].copy_from_slice(b"building_i");
     fs::write(&table, bytes).unwrap();
     let layer = read(&path, &FootprintOptions::default()).unwrap();
-    let attributes = &layer.footprints[0].attributes;
+    let attributes = &layer.footprints[0].attributes.to_map();
     assert_eq!((&attributes["building_i"], &attributes["building_i_2"]), (&json!("b1"), &json!("Town hal")));
     let told = "another attribute is called `building_i` as well: it is read as `building_i_2`";
     assert!(layer.warnings.iter().any(|warning| warning == told), "{:?}", layer.warnings);
@@ -58,7 +58,7 @@ fn flatgeobuf_keeps_columns_of_one_name_apart() {
     writer.write(&mut bytes).unwrap();
     fs::write(&path, &bytes).unwrap();
     let layer = read(&path, &FootprintOptions::default()).unwrap();
-    assert_eq!(serde_json::Value::Object(layer.footprints[0].attributes.clone()), json!({"height": 7, "height_2": 9}));
+    assert_eq!(serde_json::Value::Object(layer.footprints[0].attributes.to_map()), json!({"height": 7, "height_2": 9}));
     assert!(layer.warnings[0].contains("`height_2`"), "{:?}", layer.warnings);
 }
 
@@ -74,7 +74,7 @@ fn geojson_tells_names_that_are_repeated_and_ids_that_differ() {
     let text = json!({"type": "FeatureCollection", "features": features}).to_string();
     fs::write(&path, text.replacen("\"height\":3", "\"height\":3,\"height\":4", 2)).unwrap();
     let layer = read(&path, &FootprintOptions::default()).unwrap();
-    assert_eq!(layer.footprints[0].attributes["height"], json!(4));
+    assert_eq!(layer.footprints[0].attributes.to_map()["height"], json!(4));
     let told = layer.warnings.join("\n");
     assert!(told.contains("`height` stands more than once in one object (2 times)"), "{told}");
     assert!(told.contains("1 features have an `id` of their own and another"), "{told}");

@@ -67,7 +67,7 @@ fn geopackages_with_layers_and_all_kinds_of_values() {
     assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:28992"));
     let expected = json!({"fid": 1, "identificatie": "0001", "big": 9_007_199_254_740_993_i64, "ok": true,
         "day": "2020-01-31", "h": 2.5});
-    assert_eq!(Value::Object(layer.footprints[0].attributes.clone()), expected);
+    assert_eq!(Value::Object(layer.footprints[0].attributes.to_map()), expected);
     assert_eq!(layer.footprints[0].polygon.unsigned_area(), 100.0);
     assert!(layer.warnings.iter().any(|w| w.contains("`photo`")));
     let reasons: Vec<_> = layer.rejected.iter().map(|r| r.reason.as_str()).collect();
@@ -209,7 +209,7 @@ fn shapefiles_with_holes_long_numbers_and_accents() {
     let options = FootprintOptions { id_attribute: Some("longid".into()), ..Default::default() };
     let layer = read(&path, &options).unwrap();
     assert_eq!(ids(&layer), ["123456789012345679"]);
-    assert_eq!(layer.footprints[0].attributes["NAME"], json!("  Café du  Nord"));
+    assert_eq!(layer.footprints[0].attributes.to_map()["NAME"], json!("  Café du  Nord"));
     let polygon = &layer.footprints[0].polygon;
     assert_eq!(polygon.0.len(), 2);
     assert_eq!(polygon.unsigned_area(), 100.0 - 16.0 + 25.0 - 1.0);
@@ -221,7 +221,7 @@ fn shapefiles_with_holes_long_numbers_and_accents() {
     assert!(layer.warnings.iter().all(|w| !w.contains("are not in")), "{:?}", layer.warnings);
     fs::write(path.with_extension("cpg"), "UTF-8").unwrap();
     let lying = read(&path, &options).unwrap();
-    assert_eq!(lying.footprints[0].attributes["NAME"], json!("  Café du  Nord"));
+    assert_eq!(lying.footprints[0].attributes.to_map()["NAME"], json!("  Café du  Nord"));
     let told = |w: &String| w.contains("1 value(s) of the .dbf are not in UTF-8") && w.contains("`NAME` of record 1");
     assert!(lying.warnings.iter().any(told), "{:?}", lying.warnings);
 }
@@ -317,7 +317,7 @@ fn flatgeobuf_with_a_header_crs_and_damage() {
     let mut sorted = ids(&layer);
     sorted.sort_unstable();
     assert_eq!(sorted, ["18446744073709551613", "18446744073709551614", "18446744073709551615"]);
-    assert_eq!(layer.footprints[0].attributes["name"], json!("no. 1"));
+    assert_eq!(layer.footprints[0].attributes.to_map()["name"], json!("no. 1"));
     assert_eq!(layer.footprints[0].polygon.unsigned_area(), 200.0);
     assert_sound(&layer);
     for cut in (0..bytes.len()).step_by(7) {

@@ -105,7 +105,7 @@ fn wkb_with_attributes_and_what_is_far_from_the_tiles_is_not_read() {
     let layer = plain(&path);
     assert_eq!((ids(&layer), layer.crs.clone()), (vec!["a", "b", "c"], None));
     assert_eq!(
-        Value::Object(layer.footprints[0].attributes.clone()),
+        Value::Object(layer.footprints[0].attributes.to_map()),
         json!({"id": "a", "big": 9_007_199_254_740_993_i64})
     );
     assert_eq!(layer.footprints[0].polygon.unsigned_area(), 100.0);

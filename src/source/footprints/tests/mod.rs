@@ -98,9 +98,9 @@ fn delft_from_an_sqlite_file() {
     assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:28992"));
     assert_eq!(layer.id_attribute.as_deref(), Some("gml_id"));
     assert_eq!(layer.footprints[0].id, "b31e1feb1-00ba-11e6-b420-2bdcc4ab5d7f");
-    assert_eq!(layer.footprints[0].attributes["identificatiebagpnd"], json!(503_100_000_018_603_i64));
-    assert_eq!(layer.footprints[0].attributes["inonderzoek"], json!(false));
-    assert!(!layer.footprints[0].attributes.contains_key("GEOMETRY"));
+    assert_eq!(layer.footprints[0].attributes.to_map()["identificatiebagpnd"], json!(503_100_000_018_603_i64));
+    assert_eq!(layer.footprints[0].attributes.to_map()["inonderzoek"], json!(false));
+    assert!(layer.footprints[0].attributes.get("GEOMETRY").is_none());
     assert_sound(&layer);
     let options = FootprintOptions {
         filter: Some("identificatieBAGpnd = 503100000018603".into()),
@@ -117,7 +117,7 @@ fn ign_from_a_shapefile_in_space() {
     assert_eq!(layer.footprints.len() + layer.rejected.len(), 40);
     assert_eq!(layer.footprints.len(), 40, "{:?}", layer.rejected);
     assert_eq!(layer.crs.as_ref().unwrap().code.as_deref(), Some("EPSG:2154"));
-    assert_eq!(layer.footprints[0].attributes["PRESENCE"], json!(1));
+    assert_eq!(layer.footprints[0].attributes.to_map()["PRESENCE"], json!(1));
     assert!(layer.id_attribute.is_none() && layer.footprints[0].id == "footprint-1");
     assert_sound(&layer);
     let extent = layer.extent().unwrap();
@@ -210,7 +210,7 @@ fn numbers_that_json_does_not_have_cost_one_feature() {
     let text = fs::read_to_string(&path).unwrap().replace("\"H\"", "NaN").replace("0.5", "NaN");
     fs::write(&path, text).unwrap();
     let layer = plain(&path);
-    assert_eq!(layer.footprints[0].attributes["h"], json!(null));
+    assert_eq!(layer.footprints[0].attributes.to_map()["h"], json!(null));
     assert!(layer.rejected[0].id == "2" && layer.rejected[0].reason.contains("cannot be understood"));
 }
 
