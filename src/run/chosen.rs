@@ -38,7 +38,7 @@ pub struct Chosen {
 pub fn chosen(job: &Job, id: &str, observer: &dyn Observer) -> Result<Chosen> {
     let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut all = plan(job, &journal)?;
+    let mut all = plan(job, &pool, &journal)?;
     let place = place_of(&all, job, id)?;
     let tiles: Vec<Tile> = all.tiles.iter().filter(|tile| is_near(tile, &place)).cloned().collect();
     let (crs, segmentation) = (all.crs.clone(), all.segmentation.clone());

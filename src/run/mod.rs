@@ -90,7 +90,7 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
 pub fn sites(job: &Job, observer: &dyn Observer) -> Result<Vec<Site>> {
     let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut plan = plan::plan(job, &journal)?;
+    let mut plan = plan::plan(job, &pool, &journal)?;
     let tasks = prepare::collect(&mut plan, &pool, &journal)?;
     let site = |task| match task {
         buildings::Task::Reconstruct { site, .. } => Some(*site),
@@ -149,7 +149,7 @@ fn run_both(
     let started = report::now();
     let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut plan = plan::plan(job, &journal)?;
+    let mut plan = plan::plan(job, &pool, &journal)?;
     let mut done = if job.crop_only {
         let tasks = prepare::collect(&mut plan, &pool, &journal)?;
         crop::write(job, &plan, tasks, &pool, &journal, open)?

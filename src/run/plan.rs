@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rayon::ThreadPool;
+
 use super::clouds::Cloud;
 use super::job::{FootprintSource, Job};
 use super::journal::Journal;
@@ -135,12 +137,12 @@ impl Plan {
 ///
 /// # Errors
 /// As [`super::run`], as far as it can be told before the points are read.
-pub(super) fn plan(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
-    plan_listed(indexed::listed(job, journal)?.as_ref(), journal)
+pub(super) fn plan(job: &Job, pool: &ThreadPool, journal: &Journal<'_>) -> Result<Plan> {
+    plan_listed(indexed::listed(job, journal)?.as_ref(), pool, journal)
 }
 
 /// The same of a job of which all tiles are named.
-fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
+fn plan_listed(job: &Job, pool: &ThreadPool, journal: &Journal<'_>) -> Result<Plan> {
     let fed = job.fed.as_ref();
     let clouds = clouds::of_job(job)?;
     let names: Vec<PathBuf> = clouds.iter().flat_map(|cloud| &cloud.paths).cloned().collect();
@@ -173,7 +175,7 @@ fn plan_listed(job: &Job, journal: &Journal<'_>) -> Result<Plan> {
         if let Some(report) = &report {
             output::prepare(report, job.overwrite || continues || job.report.is_none())?;
         }
-        let tiles::OpenTiles { tiles, mut reports } = tiles::open(&paths, fed, journal)?;
+        let tiles::OpenTiles { tiles, mut reports } = tiles::open(&paths, fed, pool, journal)?;
         name_clouds(&clouds, &mut reports);
         let area = match tiles::agree_on_crs(&tiles, job.crs.as_deref(), None) {
             Ok((crs, ..)) if !job.limit.is_none() => Area::open(&job.limit, &crs, journal)?,

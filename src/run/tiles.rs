@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
 use super::feed::Fed;
 use super::observer::{Event, Observer, Stage};
 use crate::error::{InputError, Result};
@@ -12,6 +15,9 @@ use crate::source::points::{Extent, Placement, Tile};
 /// How far the points of a building, or of a few, usually reach, metres.
 const USUAL_SIZE: std::ops::RangeInclusive<f64> = 2.0..=2000.0;
 
+/// So many tiles per thread are opened before the next is told of.
+const OPENED_AT_ONCE: usize = 4;
+
 /// The tiles that could be opened.
 #[derive(Debug)]
 pub struct OpenTiles {
@@ -21,16 +27,21 @@ pub struct OpenTiles {
     pub reports: Vec<TileReport>,
 }
 
-/// Opens all tiles, and takes the points that were `fed` for one more. One that cannot be opened is told to the observer
-/// and left out.
+/// Opens all tiles, several at a time in `pool`, and takes the points that were `fed` for one more. One that cannot be opened
+/// is told to the observer and left out.
 ///
 /// # Errors
 /// The fault of the first tile when none can be opened.
-pub fn open(paths: &[PathBuf], fed: Option<&Fed>, observer: &dyn Observer) -> Result<OpenTiles> {
+pub fn open(paths: &[PathBuf], fed: Option<&Fed>, pool: &ThreadPool, observer: &dyn Observer) -> Result<OpenTiles> {
     let mut open = OpenTiles { tiles: Vec::new(), reports: Vec::new() };
     let mut first_fault = None;
     let is_only = paths.len() + usize::from(fed.is_some()) == 1;
-    for path in paths {
+    let at_once = OPENED_AT_ONCE * pool.current_num_threads();
+    let opened = paths.chunks(at_once).flat_map(|some| {
+        let opened: Vec<_> = pool.install(|| some.par_iter().map(Tile::open).collect());
+        some.iter().zip(opened)
+    });
+    for (path, opened) in opened {
         let mut report = TileReport {
             file: path.display().to_string(),
             cloud: None,
@@ -40,7 +51,7 @@ pub fn open(paths: &[PathBuf], fed: Option<&Fed>, observer: &dyn Observer) -> Re
             crs: None,
             problems: Vec::new(),
         };
-        match Tile::open(path) {
+        match opened {
             Ok(tile) => {
                 report.points = tile.points;
                 report.crs = tile.crs.as_ref().map(label);

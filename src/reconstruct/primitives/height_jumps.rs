@@ -4,6 +4,9 @@
 //! along the main directions of the building and then along any direction, strongest first, so that most walls come out
 //! parallel or perpendicular to the footprint and one wall serves all regions along it.
 
+use std::collections::HashMap;
+
+use foldhash::fast::FixedState;
 use nalgebra::{Point2, Rotation2, Unit, Vector2};
 
 use super::roof_map::{NOTHING, RoofMap};
@@ -108,62 +111,109 @@ fn vote(
     tolerance: f64,
     found: &mut Vec<Trace>,
 ) {
+    let all = edges.clone();
+    let mut is_left = vec![true; all.len()];
+    let mut views: Vec<View> = directions.iter().filter_map(|direction| View::along(direction, &all)).collect();
     while found.len() < MAX_LINES {
-        let best = directions
-            .iter()
-            .filter_map(|direction| longest_run(edges, direction, pixel, tolerance))
+        let best = views
+            .iter_mut()
+            .filter_map(|view| view.longest_run(&all, &is_left, pixel, tolerance))
             .filter(|run| run.length() >= min_length)
             .max_by(|a, b| a.length().total_cmp(&b.length()));
         let Some(run) = best else { break };
         let refined = refine(edges, &run, tolerance);
-        let before = edges.len();
         let margin = pixel + tolerance;
-        edges.retain(|edge| {
+        let stays = |edge: &JumpEdge| {
             let t = refined.direction().dot(&edge.coords);
             refined.distance(edge).abs() > tolerance || t < refined.span[0] - margin || t > refined.span[1] + margin
-        });
+        };
+        let before = edges.len();
+        edges.retain(stays);
         if edges.len() == before {
             break;
+        }
+        for (is_left, edge) in is_left.iter_mut().zip(&all) {
+            *is_left &= stays(edge);
         }
         found.push(refined);
     }
 }
 
-/// The longest unbroken stretch of edges within `tolerance` of one line along `direction`.
-fn longest_run(edges: &[JumpEdge], direction: &Vector2<f64>, pixel: f64, tolerance: f64) -> Option<Trace> {
-    let normal = Unit::try_new(Vector2::new(direction.y, -direction.x), 1e-9)?;
-    let along = Vector2::new(-normal.y, normal.x);
-    let mut projected: Vec<(f64, f64)> = edges.iter().map(|e| (normal.dot(&e.coords), along.dot(&e.coords))).collect();
-    projected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut best: Option<Trace> = None;
-    let (mut first, mut last) = (0, 0);
-    let mut stretch = Vec::new();
-    let mut next_offset = f64::NEG_INFINITY;
-    for i in 0..projected.len() {
-        let offset = projected[i].0;
-        // Lines closer together than a third of the tolerance see the same edges.
-        if offset < next_offset {
-            continue;
-        }
-        next_offset = offset + tolerance / 3.0;
-        let centre = offset + tolerance;
-        while first < projected.len() && projected[first].0 < centre - tolerance {
-            first += 1;
-        }
-        while last < projected.len() && projected[last].0 <= centre + tolerance {
-            last += 1;
-        }
-        stretch.clear();
-        stretch.extend(projected[first..last].iter().map(|p| p.1));
-        stretch.sort_by(f64::total_cmp);
-        for run in stretch.chunk_by(|a, b| b - a <= 2.0 * pixel + 0.3) {
-            let (Some(&from), Some(&to)) = (run.first(), run.last()) else { continue };
-            if best.is_none_or(|b| to - from > b.length()) {
-                best = Some(Trace { normal, offset: centre, span: [from, to], kind: PrimitiveKind::HeightJump });
+/// The edges as they lie across a direction. They are sorted once, and of what no line was taken out of, the longest run is
+/// remembered: a hall of saw teeth has a hundred lines to be taken out of a hundred thousand edges.
+struct View {
+    normal: Unit<Vector2<f64>>,
+    along: Vector2<f64>,
+    /// The edges by their offset from the line through the origin, then by their place along it.
+    order: Vec<u32>,
+    /// The longest run of the edges from one in the order to another, with their number: edges only ever go, so the same
+    /// number of them are the same.
+    known: HashMap<[u32; 2], (usize, [f64; 2]), FixedState>,
+}
+
+impl View {
+    fn along(direction: &Vector2<f64>, edges: &[JumpEdge]) -> Option<Self> {
+        let normal = Unit::try_new(Vector2::new(direction.y, -direction.x), 1e-9)?;
+        let along = Vector2::new(-normal.y, normal.x);
+        let mut view = Self { normal, along, order: Vec::new(), known: HashMap::default() };
+        let mut projected: Vec<_> = (0..).zip(edges).map(|(index, edge)| (view.project(edge), index)).collect();
+        projected.sort_unstable_by(|((a, s), i), ((b, t), j)| a.total_cmp(b).then(s.total_cmp(t)).then(i.cmp(j)));
+        view.order = projected.into_iter().map(|(_, index)| index).collect();
+        Some(view)
+    }
+
+    /// Offset and place along the line of an edge.
+    fn project(&self, edge: &JumpEdge) -> (f64, f64) {
+        (self.normal.dot(&edge.coords), self.along.dot(&edge.coords))
+    }
+
+    /// The longest unbroken stretch of the edges that are left within `tolerance` of one line.
+    fn longest_run(&mut self, edges: &[JumpEdge], is_left: &[bool], pixel: f64, tolerance: f64) -> Option<Trace> {
+        self.order.retain(|&index| is_left[index as usize]);
+        let normal = self.normal;
+        let projected: Vec<(f64, f64)> = self.order.iter().map(|&index| self.project(&edges[index as usize])).collect();
+        let mut best: Option<Trace> = None;
+        let (mut first, mut last) = (0, 0);
+        let mut stretch = Vec::new();
+        let mut next_offset = f64::NEG_INFINITY;
+        for i in 0..projected.len() {
+            let offset = projected[i].0;
+            // Lines closer together than a third of the tolerance see the same edges.
+            if offset < next_offset {
+                continue;
+            }
+            next_offset = offset + tolerance / 3.0;
+            let centre = offset + tolerance;
+            while first < projected.len() && projected[first].0 < centre - tolerance {
+                first += 1;
+            }
+            while last < projected.len() && projected[last].0 <= centre + tolerance {
+                last += 1;
+            }
+            let Some((&from, &to)) = self.order[first..last].first().zip(self.order[first..last].last()) else {
+                continue;
+            };
+            let known = self.known.get(&[from, to]).filter(|(count, _)| *count == last - first);
+            let span = known.map_or_else(
+                || {
+                    stretch.clear();
+                    stretch.extend(projected[first..last].iter().map(|p| p.1));
+                    stretch.sort_unstable_by(f64::total_cmp);
+                    let runs = stretch.chunk_by(|a, b| b - a <= 2.0 * pixel + 0.3);
+                    let spans = runs.filter_map(|run| Some([*run.first()?, *run.last()?]));
+                    // The first of those that are as long.
+                    let longest = spans.reduce(|a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a });
+                    longest.unwrap_or_default()
+                },
+                |(_, span)| *span,
+            );
+            self.known.insert([from, to], (last - first, span));
+            if best.is_none_or(|b| span[1] - span[0] > b.length()) {
+                best = Some(Trace { normal, offset: centre, span, kind: PrimitiveKind::HeightJump });
             }
         }
+        best
     }
-    best
 }
 
 /// The line through the middle of the edges of a run, in the direction of the run.

@@ -34,7 +34,7 @@ pub fn make(job: &Job, split: Split, folder: &PlanFolder, overwrite: bool, obser
     let pool = job.pool()?;
     // A network that cannot be loaded is better told now than by every job.
     job.field.load()?;
-    let mut run = plan::plan(job, &journal)?;
+    let mut run = plan::plan(job, &pool, &journal)?;
     segment::refuse(&run.tiles, &run.footprints, &run.crs, &run.segmentation)
         .map_err(|fault| prepare::name_the_footprints(fault, &run))?;
     refuse_terrain_model(&run)?;
