@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Measures how gable answers to the smoothness weight, to noise and to the number of primitives, and draws it.
+"""Measures how gable answers to the smoothness weight, to noise, to the number of primitives and to that of buildings, and
+draws it.
 
     make plots                     all of it, on 12 generated buildings
     make plots BUILDINGS=40        on more
@@ -158,6 +159,17 @@ def scalability(options):
         write("scalability", list(csv.DictReader(file)))
 
 
+def memory(options):
+    kept = WORK / options.build / "memory.json"
+    if not kept.exists():
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        subprocess.run([sys.executable, ROOT / "benches" / "run_memory.py", "--gable", options.gable, "--copies",
+                        options.copies, "--any", "--json", kept], check=True)
+    rows = json.loads(kept.read_text())
+    write("memory", [{"buildings": row["buildings"], "memory": row["memory"] or "", "peak_mb": round(row["peak_mb"]),
+                      "cpu_ms": round(row["cpu_ms"], 2)} for row in rows])
+
+
 def read(name):
     with (OUT / f"{name}.csv").open() as file:
         return list(csv.DictReader(file))
@@ -212,12 +224,29 @@ def draw():
     figure("scalability", [grows([("cells", "cells"), ("facets", "facets")], "number"),
                            grows([("partition_s", "partition"), ("cut_s", "cut")], "seconds")])
 
+    held = read("memory")
+
+    def city(column, label):
+        def panel(axis):
+            for budget, name in [("", "no limit"), ("64MB", "--memory 64MB")]:
+                points = [(int(r["buildings"]), float(r[column])) for r in held if r["memory"] == budget]
+                axis.plot(*zip(*points), marker="o", label=name)
+            axis.set_xscale("log")
+            axis.set_ylim(bottom=0)
+            axis.set_xlabel("buildings")
+            axis.set_ylabel(label)
+            axis.legend()
+        return panel
+
+    figure("memory", [city("peak_mb", "peak memory, MB"), city("cpu_ms", "processor time per building, ms")])
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--gable", default=str(ROOT / "target/release/gable"))
     parser.add_argument("--buildings", type=int, default=12)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--copies", default="1,4,16,64,256", help="of the corner of Delft, for memory (default %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="measure what was measured before")
     parser.add_argument("--draw-only", action="store_true", help="draw what stands in docs/plots")
     options = parser.parse_args()
@@ -227,6 +256,7 @@ def main():
             shutil.rmtree(WORK, ignore_errors=True)
         measured(options)
         scalability(options)
+        memory(options)
     draw()
 
 

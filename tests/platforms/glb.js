@@ -36,6 +36,9 @@ function texts(glb, table, property) {
   );
 }
 
+/** The ids of the features of a file. */
+const ids = (file) => texts(read(file), 0, 'id');
+
 /** Vertices of the file in geocentric metres with the ids of their features: `[{ id, class, position }]`. */
 function vertices(glb, transform) {
   const names = texts(glb, 0, 'id');
@@ -52,4 +55,4 @@ function vertices(glb, transform) {
   });
 }
 
-module.exports = { read, texts, vertices };
+module.exports = { ids, read, texts, vertices };

@@ -7,6 +7,7 @@ const path = require('node:path');
 const { after, before, test } = require('node:test');
 const validator = require('gltf-validator');
 const { launch, open, serve } = require('./browser.js');
+const { CESIUM, PAGE } = require('./cesium.js');
 const { edgeDistance, geographic, onEllipsoid } = require('./earth.js');
 const { delft, folder, gable } = require('./gable.js');
 const glb = require('./glb.js');
@@ -174,19 +175,8 @@ async function seen([longitude, latitude, height]) {
   return viewer.scene.pick(centre)?.getProperty?.('id');
 }
 
-const PAGE = `<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">
-<style>html, body, #view { width: 100%; height: 100%; margin: 0 }</style><div id="view"></div>
-<script>window.CESIUM_BASE_URL = '/cesium/';</script><script src="/cesium/Cesium.js"></script>
-<script>
-Cesium.Ion.defaultAccessToken = undefined;
-const viewer = globalThis.viewer = new Cesium.CesiumWidget('view', { baseLayer: false, skyBox: false, skyAtmosphere: false,
-  creditContainer: document.createElement('div') });
-viewer.scene.globe.show = false;
-</script>`;
-
 test('CesiumJS shows every building where it stands, with its attributes', async () => {
-  const cesium = path.join(path.dirname(require.resolve('cesium/package.json')), 'Build/Cesium');
-  const server = await serve({ '/cesium/': cesium, '/delft/': path.join(place, 'delft.3dtiles'), '/index.html': PAGE });
+  const server = await serve({ '/cesium/': CESIUM, '/delft/': path.join(place, 'delft.3dtiles'), '/index.html': PAGE });
   const browser = await launch();
   try {
     const page = await open(browser, `${server.origin}/index.html`);

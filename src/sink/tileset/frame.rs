@@ -84,6 +84,12 @@ impl Bounds {
         (0..3).map(|i| (self.max[i] - self.min[i]).powi(2)).sum::<f64>().sqrt()
     }
 
+    /// Its longest side, metres, to the millimetre; 0 where it holds nothing.
+    pub(super) fn extent(self) -> f64 {
+        let sides = (0..3).map(|i| self.max[i] - self.min[i]);
+        (sides.fold(0.0, f64::max) * 1e3).round() / 1e3
+    }
+
     /// As 3D Tiles has it: centre, then half of each side, to the millimetre and never too small.
     pub(super) fn to_tiles(self) -> [f64; 12] {
         let round = |value: f64| (value * 1e3).round() / 1e3;

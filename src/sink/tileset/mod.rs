@@ -234,12 +234,15 @@ fn tileset(root: Option<&Tile>, frame: Option<EarthFrame>) -> serde_json::Result
     let root = root.unwrap_or(&nothing);
     let mut json = root.json.clone();
     json["refine"] = "REPLACE".into();
+    let mut error = root.error;
     if let Some(frame) = frame {
         json["transform"] = json!(frame.matrix());
+        // Where it is not drawn at all, everything is missing: viewers leave it out from where its error is no longer seen.
+        error = error.max(root.bounds.extent());
     }
     let mut text = serde_json::to_vec(&json!({
         "asset": {"version": "1.1", "generator": concat!("gable ", env!("CARGO_PKG_VERSION"))},
-        "geometricError": root.error,
+        "geometricError": error,
         "root": json,
     }))?;
     text.push(b'\n');
