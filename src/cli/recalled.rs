@@ -18,7 +18,7 @@ use crate::run::output::report_path;
 const MADE_BY: &str = "reconstruct";
 const TAKEN_UP_BY: &str = "edit";
 /// What a run says of its own process and files, and of the way to its options, which are spelt out.
-const OF_RUN: [&str; 3] = ["overwrite", "jobs", "config"];
+const OF_RUN: [&str; 4] = ["overwrite", "jobs", "quiet", "config"];
 /// What is said of footprints, and nothing where there are none.
 const OF_FOOTPRINTS: [&str; 11] = [
     "footprints",

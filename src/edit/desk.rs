@@ -211,8 +211,8 @@ impl Desk {
             crs: &self.crs,
             units: Units { plan: self.metres_per_unit[0], height: self.metres_per_unit[2] },
             author: self.author.as_deref(),
-            edits_file: lock(&self.book).path().display().to_string(),
-            export_file: self.export.display().to_string(),
+            edits_file: whole(lock(&self.book).path()),
+            export_file: whole(&self.export),
             notes: &self.notes,
             counts,
             buildings: rows,
@@ -224,7 +224,7 @@ impl Desk {
     /// # Errors
     /// There is no such building, or the method breaks on it.
     pub fn building(&self, id: &str) -> Result<String, Refusal> {
-        self.with_open(id, |slot| self.told(id, slot))
+        self.with_open(id, |slot| self.told(slot))
     }
 
     /// Does an edit of a building whose revision is known.
@@ -373,7 +373,7 @@ impl Desk {
                 self.check(written, slot)?;
                 slot.revision = self.next_revision();
             }
-            self.told(id, slot)
+            self.told(slot)
         })
     }
 
@@ -396,11 +396,16 @@ impl Desk {
         lock(&self.latest).insert(session.site().id.clone(), condition);
     }
 
-    fn told(&self, id: &str, slot: &Slot) -> Result<String, Refusal> {
+    fn told(&self, slot: &Slot) -> Result<String, Refusal> {
         let Some((session, scanned)) = &slot.open else { return Err(Refusal::Stale(slot.revision)) };
-        let (state, _) = lock(&self.book).state(id);
-        payload(session, scanned, (slot.revision, state, &self.crs)).map_err(|e| Refusal::Failed(e.to_string()))
+        let row = self.row(session.site());
+        payload(session, scanned, (slot.revision, &row, &self.crs)).map_err(|e| Refusal::Failed(e.to_string()))
     }
+}
+
+/// A path for a person, from the root.
+fn whole(path: &Path) -> String {
+    std::path::absolute(path).as_deref().unwrap_or(path).display().to_string()
 }
 
 fn json(value: &impl Serialize) -> Result<String, Refusal> {

@@ -6,10 +6,11 @@ use serde::Serialize;
 
 use super::drawn::{Made, Scanned};
 use super::planes::{Addressed, Told};
+use super::roll::Row;
 use super::words::words;
 use super::{Figures, Session};
 use crate::building::{Building, Outcome};
-use crate::edits::{PlanPlace, State};
+use crate::edits::{Action, PlanPlace, State};
 use crate::error::Result;
 use crate::explain::polygons::{PLANES, SURFACES};
 use crate::reconstruct::{Parameters, as_edited};
@@ -23,6 +24,8 @@ struct Head<'a> {
     gable: &'static str,
     revision: u64,
     state: State,
+    /// Its row of the list.
+    row: &'a Row,
     crs: &'a str,
     origin: [f64; 3],
     metres_per_unit: [f64; 3],
@@ -56,6 +59,7 @@ struct Head<'a> {
 #[derive(Debug, Serialize)]
 struct Done<'a> {
     name: &'static str,
+    action: &'a Action,
     text: String,
     time: Option<&'a str>,
     author: Option<&'a str>,
@@ -74,11 +78,7 @@ struct Defaults {
 ///
 /// # Errors
 /// Never in practice: memory takes every byte.
-pub(super) fn payload(
-    session: &Session,
-    scanned: &Scanned,
-    (revision, state, crs): (u64, State, &str),
-) -> Result<String> {
+pub(super) fn payload(session: &Session, scanned: &Scanned, (revision, row, crs): (u64, &Row, &str)) -> Result<String> {
     let (site, now) = (session.site(), session.now());
     let (edited, parameters) = as_edited(site, session.parameters());
     let (building, steps) = (&now.building, &now.steps);
@@ -91,7 +91,8 @@ pub(super) fn payload(
         id: &site.id,
         gable: env!("CARGO_PKG_VERSION"),
         revision,
-        state,
+        state: row.state,
+        row,
         crs,
         origin,
         metres_per_unit,
@@ -124,6 +125,7 @@ fn done(session: &Session) -> Vec<Done<'_>> {
     let why = |number: usize| refused.iter().find(|refused| refused.number == number).map(|refused| &*refused.why);
     let told = session.edits().iter().zip(1..).map(|(edit, number)| Done {
         name: edit.action.name(),
+        action: &edit.action,
         text: words(&edit.action),
         time: edit.time.as_deref(),
         author: edit.author.as_deref(),

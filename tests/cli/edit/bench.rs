@@ -91,20 +91,26 @@ impl Server {
         format!("{method} /{}/{path} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nConnection: close\r\n", self.secret, self.port)
     }
 
-    /// Sends some bytes and reads until the server has nothing more to say.
-    pub fn raw(&self, bytes: &[u8]) -> Vec<u8> {
+    /// Sends some bytes, and no more, and reads until the server has nothing more to say.
+    pub fn end(&self, bytes: &[u8]) -> Answer {
+        self.send(bytes, true)
+    }
+
+    fn send(&self, bytes: &[u8], ends: bool) -> Answer {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         // It may have heard enough before all is said.
         let _ = stream.write_all(bytes);
-        let _ = stream.shutdown(std::net::Shutdown::Write);
+        if ends {
+            let _ = stream.shutdown(std::net::Shutdown::Write);
+        }
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        answer
+        Answer::of(&answer)
     }
 
     pub fn ask(&self, request: &str) -> Answer {
-        Answer::of(&self.raw(request.as_bytes()))
+        self.send(request.as_bytes(), false)
     }
 
     pub fn get(&self, path: &str) -> Answer {

@@ -74,7 +74,7 @@ fn what_is_too_large_is_not_read() {
         chunked.extend(b"\r\n");
     }
     chunked.extend(b"0\r\n\r\n");
-    assert!([0, 413].contains(&Answer::of(&server.raw(&chunked)).status));
+    assert!([0, 413].contains(&server.end(&chunked).status));
     let long = server.ask(&(server.head("GET", "api/model") + "X: " + &"x".repeat(200_000) + "\r\n\r\n"));
     assert!([0, 431].contains(&long.status), "{}", long.status);
     let many: String = (0..500).map(|i| format!("X-{i}: 1\r\n")).collect();
@@ -118,7 +118,7 @@ fn noise_ends_nothing() {
                 bytes.splice(at..at, piece);
             }
         }
-        let status = Answer::of(&server.raw(&bytes)).status;
+        let status = server.end(&bytes).status;
         assert_ne!(status, 500, "round {round}: {}", String::from_utf8_lossy(&bytes));
     }
     is_well(&server);
