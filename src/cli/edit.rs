@@ -15,7 +15,7 @@ use crate::edit::{Desk, Opening, export};
 use crate::error::InputError;
 use crate::run::Job;
 use crate::run::output::{prepare, report_path};
-use crate::source::cityjson;
+use crate::source::{cityjson, objects};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -113,6 +113,12 @@ pub fn main(args: Args) -> Outcome {
     let job = Job { threads: threads.jobs, ..job };
     job.refuse_contradictions()?;
     let edits = job.edits.clone().unwrap_or_else(|| model.with_file_name("edits.json"));
+    if let Some(elsewhere) =
+        [&model, &edits].into_iter().find(|path| objects::is_object(path) || path.as_os_str() == "-")
+    {
+        let fault = InputError::new(elsewhere, "no file", "a file of this machine");
+        return Err(fault.remedy("Copy the model here: what is decided is written beside it, edit by edit").into());
+    }
     if verbosity > Verbosity::Quiet {
         for difference in differences(&job, &report_path(&model)) {
             say(&format!("warning: {difference}"));

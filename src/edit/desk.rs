@@ -310,7 +310,7 @@ impl Desk {
         let edits = lock(&self.book).path().to_path_buf();
         let job = Job { overwrite: true, ..export_job(self.job.clone(), &edits, &self.export) };
         let report = run(&job, &Silent).map_err(|fault| Refusal::Failed(fault.to_string()))?;
-        let path = report.outputs.first().cloned().unwrap_or_default();
+        let path = report.outputs.first().map(|path| whole(Path::new(path))).unwrap_or_default();
         Ok(Exported { path, buildings: report.counts.written, warnings: report.warnings })
     }
 

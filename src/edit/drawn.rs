@@ -13,6 +13,7 @@ use crate::explain::cells::Cells;
 use crate::explain::polygons::{Faces, at_height, push_cutting, push_hulls, push_polygon};
 use crate::geometry::Aabb;
 use crate::reconstruct::Steps;
+use crate::segment::as_collected;
 use crate::site::Site;
 use crate::view::packed::{Column, STEPS_PER_METRE, folded, steps as to_steps};
 
@@ -74,7 +75,7 @@ impl Scanned {
         let mut others = Vec::new();
         let near = extent(site).into_iter().flat_map(|own| around.of(own, site.frame.metres_per_unit));
         for near in near {
-            let local = site.frame.to_local(near.position);
+            let local = as_collected(&site.frame, near.position);
             match scanned.index.get(&bits(&local)).and_then(|at| of_points.get_mut(*at)) {
                 Some(own) => *own = (near.class, near.intensity),
                 None => others.push((to_steps(local.into()), near.class, near.intensity)),
@@ -117,10 +118,14 @@ impl Made {
                 }
             }
         }
-        on.into_iter().for_each(|label| made.on.push(label));
+        for label in on {
+            made.on.push(label);
+        }
         if let Some(residuals) = Shape::of_building(building).and_then(|shape| Residuals::new(&shape)) {
             let far = |p: &Point3<f64>| folded((residuals.of(p) * STEPS_PER_METRE).round() as i64);
-            points.iter().for_each(|p| made.distances.push(far(p)));
+            for p in points {
+                made.distances.push(far(p));
+            }
         }
         let mut left = edited.points.iter().map(bits).peekable();
         for p in points {

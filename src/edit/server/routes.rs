@@ -68,7 +68,15 @@ struct Nothing {}
 type Work = Box<dyn FnOnce(&Desk) -> Result<Answer, Refusal> + Send>;
 
 /// What comes to an end before it is done: its answer.
-type Early<T> = Result<T, Answer>;
+type Early<T> = Result<T, Box<Answer>>;
+
+fn early(answer: Answer) -> Box<Answer> {
+    Box::new(answer)
+}
+
+fn refused(why: Refusal) -> Box<Answer> {
+    early(refusal(why))
+}
 
 impl Service {
     /// The answer to a request.
@@ -81,30 +89,32 @@ impl Service {
         }
         let gets = request.method() == Method::GET;
         let outcome = match path.as_str() {
-            "" | "api/model" | "api/building" | "api/edits" if !gets => Err(other_method("GET")),
+            "" | "api/model" | "api/building" | "api/edits" if !gets => Err(early(other_method("GET"))),
             "" => Ok(page(fill(TEMPLATE, self.desk.name(), "").into())),
             // The list waits for nobody: it is made here, and not where buildings are worked on.
-            "api/model" => self.desk.list().map(json).map_err(refusal),
-            "api/edits" => self.desk.edits().map(json).map_err(refusal),
+            "api/model" => self.desk.list().map(json).map_err(refused),
+            "api/edits" => self.desk.edits().map(json).map_err(refused),
             "api/building" => match asked_for(request.uri().query().unwrap_or_default()) {
                 Some(id) => self.work(Box::new(move |desk| desk.building(&id).map(text))).await,
-                None => Err(error(StatusCode::BAD_REQUEST, "the id of a building is expected: api/building?id=…")),
+                None => {
+                    Err(early(error(StatusCode::BAD_REQUEST, "the id of a building is expected: api/building?id=…")))
+                }
             },
             "api/edit" | "api/undo" | "api/redo" | "api/clear" | "api/state" | "api/export" if gets => {
-                Err(other_method("POST"))
+                Err(early(other_method("POST")))
             }
             "api/edit" | "api/undo" | "api/redo" | "api/clear" | "api/state" | "api/export" => {
                 self.change(&path, request).await
             }
-            _ => Err(empty(StatusCode::NOT_FOUND)),
+            _ => Err(early(empty(StatusCode::NOT_FOUND))),
         };
-        outcome.unwrap_or_else(|early| early)
+        outcome.unwrap_or_else(|early| *early)
     }
 
     /// Does what a request asks to be changed.
     async fn change(&self, path: &str, request: Request<Incoming>) -> Early<Answer> {
         if request.method() != Method::POST {
-            return Err(other_method("POST"));
+            return Err(early(other_method("POST")));
         }
         let body = body(request).await?;
         let known = |act: fn(&Desk, &str, u64) -> Result<String, Refusal>| -> Early<Work> {
@@ -151,9 +161,9 @@ impl Service {
         let desk = self.desk.clone();
         let done = tokio::task::spawn_blocking(move || guarded(|| work(&desk))).await;
         match done {
-            Ok(Ok(outcome)) => outcome.map_err(refusal),
-            Ok(Err(why)) => Err(error(StatusCode::INTERNAL_SERVER_ERROR, &why)),
-            Err(fault) => Err(error(StatusCode::INTERNAL_SERVER_ERROR, &fault.to_string())),
+            Ok(Ok(outcome)) => outcome.map_err(refused),
+            Ok(Err(why)) => Err(early(error(StatusCode::INTERNAL_SERVER_ERROR, &why))),
+            Err(fault) => Err(early(error(StatusCode::INTERNAL_SERVER_ERROR, &fault.to_string()))),
         }
     }
 }
@@ -169,21 +179,21 @@ async fn body(request: Request<Incoming>) -> Early<Bytes> {
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     let kind = kind.split(';').next().unwrap_or_default().trim();
     if !kind.eq_ignore_ascii_case("application/json") {
-        return Err(error(StatusCode::UNSUPPORTED_MEDIA_TYPE, "application/json is expected"));
+        return Err(early(error(StatusCode::UNSUPPORTED_MEDIA_TYPE, "application/json is expected")));
     }
-    let too_large = || error(StatusCode::PAYLOAD_TOO_LARGE, &format!("at most {LARGEST} bytes are expected"));
+    let too_large = || early(error(StatusCode::PAYLOAD_TOO_LARGE, &format!("at most {LARGEST} bytes are expected")));
     if request.body().size_hint().lower() > LARGEST as u64 {
         return Err(too_large());
     }
     match tokio::time::timeout(BODY_TIME, Limited::new(request.into_body(), LARGEST).collect()).await {
         Ok(Ok(body)) => Ok(body.to_bytes()),
         Ok(Err(fault)) if fault.is::<LengthLimitError>() => Err(too_large()),
-        Ok(Err(fault)) => Err(error(StatusCode::BAD_REQUEST, &fault.to_string())),
-        Err(_) => Err(empty(StatusCode::REQUEST_TIMEOUT)),
+        Ok(Err(fault)) => Err(early(error(StatusCode::BAD_REQUEST, &fault.to_string()))),
+        Err(_) => Err(early(empty(StatusCode::REQUEST_TIMEOUT))),
     }
 }
 
 /// What a body says.
 fn said<T: DeserializeOwned>(body: &[u8]) -> Early<T> {
-    serde_json::from_slice(body).map_err(|fault| error(StatusCode::BAD_REQUEST, &fault.to_string()))
+    serde_json::from_slice(body).map_err(|fault| early(error(StatusCode::BAD_REQUEST, &fault.to_string())))
 }

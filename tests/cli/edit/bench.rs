@@ -98,7 +98,7 @@ impl Server {
 
     fn send(&self, bytes: &[u8], ends: bool) -> Answer {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
         // It may have heard enough before all is said.
         let _ = stream.write_all(bytes);
         if ends {
