@@ -9,10 +9,11 @@ import { distance } from './planes.js';
 /** The layers: their keys on the keyboard, and whether they are shown at first. */
 export const LAYERS = [
   { key: 'points', name: 'Points', press: 'P', isShown: true, title: 'The points of the building, and those around it' },
-  { key: 'around', name: 'Points around', press: 'Shift+P', isShown: false, title: 'Points of the tiles that are none of the building' },
+  { key: 'around', name: 'Around', press: 'Shift+P', isShown: false, title: 'Points of the tiles that are none of the building' },
   { key: 'result', name: 'Result', press: 'Shift+R', isShown: true, title: 'The model as it is now' },
   { key: 'planes', name: 'Planes', press: 'Shift+L', isShown: false, title: 'The planes that were detected or added' },
-  { key: 'walls', name: 'Footprint and walls', press: 'Shift+F', isShown: true, title: 'The footprint at the floor, and the planes that stand on its edges and on jumps in height' },
+  { key: 'footprint', name: 'Footprint', press: 'Shift+F', isShown: true, title: 'The footprint at the height of the floor' },
+  { key: 'walls', name: 'Walls', press: 'Shift+V', isShown: false, title: 'The planes that stand on edges of the footprint and on jumps in height' },
   { key: 'cells', name: 'Cells', press: 'Shift+C', isShown: false, title: 'The cells by how likely they are inside' },
   { key: 'before', name: 'Before', press: 'Shift+B', isShown: false, title: 'The edges of the model without any edit' },
 ];
@@ -102,7 +103,7 @@ function drawEdits(picture, building) {
   const actions = head.edits.filter(({ applied }) => applied).flatMap(({ action }) => action ?? []);
   const marks = actions.flatMap((action) => action['mark-place'] ?? []);
   const places = marks.map(({ place }) => frame.toScene(place));
-  picture.drawPoints('marks', places, (i) => (marks[i].inside ? MARKS.inside : MARKS.outside), 11);
+  picture.drawPoints('marks', places, (i) => (marks[i].inside ? MARKS.inside : MARKS.outside), 11, { isHidden: true });
   const splits = actions.flatMap((action) => action['split-parts'] ?? []);
   const pairs = splits.flatMap(({ line }) => {
     const along = line.map((place) => frame.planToScene(place, building.floor));
@@ -124,7 +125,9 @@ export function drawLayers(picture, building, state) {
   if (layers.walls) {
     const { walls } = building;
     const isUpright = (i) => walls.kinds[i] >= 3;
-    picture.addPolygons(walls, (i) => (isUpright(i) ? PLANES[walls.kinds[i]] : null), { opacity: 0.08, edges: 0.25 });
+    picture.addPolygons(walls, (i) => (isUpright(i) ? PLANES[walls.kinds[i]] : null), { opacity: 0.12, edges: 0.3 });
+  }
+  if (layers.footprint) {
     picture.addOutline(OUTLINE);
   }
   if (layers.planes) {

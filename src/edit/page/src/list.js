@@ -42,8 +42,12 @@ export class List {
     state.listen((changed) => {
       const hasMoved = ['text', 'order', 'reason', 'states'].some((name) => changed.has(name));
       this.most = hasMoved ? PAGE : this.most;
-      if (hasMoved || changed.has('rows')) {
+      if (hasMoved || this.shown === undefined) {
         this.show();
+      } else if (changed.has('rows')) {
+        // Nothing moves or goes while one works on it: next is what was next.
+        const known = new Map(state.rows.map((row) => [row.id, row]));
+        this.fill(this.shown.flatMap(({ id }) => known.get(id) ?? []));
       } else if (changed.has('id')) {
         this.mark();
       }
@@ -51,8 +55,14 @@ export class List {
   }
 
   show() {
-    const { state, nodes } = this;
-    this.shown = shownRows(state.rows, state);
+    this.fill(shownRows(this.state.rows, this.state));
+    this.nodes.list.scrollTop = 0;
+  }
+
+  /** Fills the list with rows. */
+  fill(rows) {
+    const { nodes } = this;
+    this.shown = rows;
     this.showFilters();
     const lines = this.shown.slice(0, this.most).map((row) => this.line(row));
     const left = this.shown.length - lines.length;
@@ -119,7 +129,7 @@ export class List {
         'button',
         { type: 'button', 'data-id': row.id, title: row.id, onclick: () => this.open(row.id) },
         element('i', { class: `dot ${row.state}`, title: row.state }),
-        element('span', { class: 'id' }, row.id),
+        element('span', { class: 'id' }, element('bdi', { dir: 'ltr' }, row.id)),
         element('span', { class: row.urgency > 0 ? 'what needs' : 'what' }, about(row)),
       ),
     );
@@ -131,7 +141,10 @@ export class List {
       const isOpen = node.dataset.id === this.state.id;
       node.setAttribute('aria-current', String(isOpen));
       if (isOpen && isScrolled) {
-        node.scrollIntoView({ block: 'nearest' });
+        // Only the list, and not what is around it.
+        const { list } = this.nodes;
+        const [from, to] = [list, node].map((own) => own.getBoundingClientRect());
+        list.scrollTop += Math.min(to.top - from.top - 4, 0) + Math.max(to.bottom - from.bottom + 4, 0);
       }
     }
   }

@@ -22,7 +22,7 @@ export class Measure extends Tool {
     const corner = a && b ? [b[0], b[1], a[2]] : null;
     this.app.picture.drawLines('measured', corner ? [a, b] : [], CHOSEN, { width: 3, isHidden: true });
     this.app.picture.drawLines('measured-by', corner ? [a, corner, corner, b] : [], CHOSEN, { width: 1.5, isHidden: true, opacity: 0.7 });
-    this.app.picture.drawPoints('measured-at', this.places, () => CHOSEN, 8);
+    this.app.picture.drawPoints('measured-at', this.places, () => CHOSEN, 8, { isHidden: true });
   }
 
   click(event) {

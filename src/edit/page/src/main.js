@@ -157,7 +157,6 @@ async function start() {
     }
     if (any('building')) {
       const { building } = state;
-      document.body.classList.toggle('empty', building === null);
       if (building && (last?.centre !== building.centre || last?.floor !== building.floor || last?.head.revision !== building.head.revision)) {
         picture.setBuilding(building);
         station.measure();
@@ -177,7 +176,7 @@ async function start() {
       panel.showTool(toolbox.tool);
     }
     if (any('id', 'theme')) {
-      refill(byId('now'), state.id ?? '');
+      refill(byId('now'), element('bdi', { dir: 'ltr' }, state.id ?? ''));
       byId('now').title = state.id ?? '';
       write(state, theme);
     }
@@ -215,7 +214,6 @@ async function start() {
     picture.resize(canvas.clientWidth, canvas.clientHeight);
     station.refit();
   };
-  document.body.classList.add('empty');
   resize();
   station.fit();
   new ResizeObserver(resize).observe(canvas);
@@ -225,7 +223,6 @@ async function start() {
   panel.showTool(toolbox.tool);
   (model.notes ?? []).slice(0, 3).forEach((note) => messages.fail(note));
   state.set({ rows: model.buildings });
-  list.show();
   byId('loading').hidden = true;
   await open(model.buildings.some(({ id }) => id === wanted.id) ? wanted.id : list.shown[0]?.id);
   if (model.buildings.every(({ state: name, edits }) => name === 'open' && edits === 0)) {

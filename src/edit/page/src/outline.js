@@ -144,7 +144,7 @@ export class Redraw extends Tool {
     const { picture } = this.app;
     picture.drawLines('ring', this.rings.flatMap(pairsOf), CHOSEN, { width: 3, isHidden: true });
     const corners = this.rings.flat();
-    picture.drawPoints('ring-corners', corners, (i) => (corners[i] === this.corner ? GONE : CHOSEN), 10);
+    picture.drawPoints('ring-corners', corners, (i) => (corners[i] === this.corner ? GONE : CHOSEN), 10, { isHidden: true });
   }
 
   /** The corner under the pointer, and the middle of an edge, where a new one would be. */

@@ -39,7 +39,7 @@ export class Panel {
   show() {
     const { building } = this.state;
     const { nodes } = this;
-    nodes.work.hidden = building === null;
+    nodes.work.classList.toggle('vacant', building === null);
     if (!building) {
       return;
     }
@@ -96,7 +96,7 @@ export class Panel {
     );
     const { nodes } = this;
     refill(nodes.edits, items.length > 0 ? items : element('li', { class: 'none' }, 'No edits yet.'));
-    nodes.edits.lastElementChild?.scrollIntoView({ block: 'nearest' });
+    nodes.edits.scrollTop = nodes.edits.scrollHeight;
     nodes.undo.forEach((node) => (node.disabled = edits.length === 0));
     nodes.redo.forEach((node) => (node.disabled = undone === 0));
     nodes.clear.disabled = edits.length === 0;

@@ -71,7 +71,7 @@ export class Picture extends Layers {
   }
 
   /** Places as points, `of(i)` their colours. */
-  drawPoints(name, places, of, size = 6) {
+  drawPoints(name, places, of, size = 6, { isHidden = false } = {}) {
     if (places.length === 0) {
       this.erase(name);
       return;
@@ -87,6 +87,8 @@ export class Picture extends Layers {
     );
     const points = new Points(geometry, pointMaterial());
     points.material.userData.size = size;
+    // After what shines through, and over all that is in front.
+    Object.assign(points.material, isHidden ? { depthTest: false, transparent: true } : {});
     this.put(name, points);
     this.pointMaterials.push(points.material);
     this.resize(this.width, this.height);

@@ -1,6 +1,7 @@
 // The building that is open, and what is asked of the server about it. One thing at a time: each answer has a revision that the
 // next question names.
 
+import { counted } from '../../../view/page/src/format.js';
 import { api } from './api.js';
 import { Building } from './building.js';
 
@@ -130,8 +131,9 @@ export class Session {
 
   async export() {
     try {
-      const { path, buildings } = await this.messages.during('Writing what was accepted…', api.export());
-      this.messages.tell(`${path}: the model with what was accepted; ${buildings} buildings with edits.`);
+      const { path, buildings, warnings = [] } = await this.messages.during('Writing what was accepted…', api.export());
+      this.messages.tell(`${path}: the model with what was accepted; ${counted(buildings, 'building')} made anew.`);
+      warnings.forEach((warning) => this.messages.fail(warning));
     } catch (error) {
       this.messages.fail(error.message);
     }

@@ -30,7 +30,7 @@ export class Triple extends Tool {
   draw() {
     const { picture } = this.app;
     this.plane = fitted(this.places);
-    picture.drawPoints('corners', this.places, () => CHOSEN, 9);
+    picture.drawPoints('corners', this.places, () => CHOSEN, 9, { isHidden: true });
     picture.drawRing('triple', this.plane ? hullOf(this.plane, this.places) : [], CHOSEN);
   }
 
