@@ -111,7 +111,7 @@ picture: $(MODEL)
 	sh scripts/picture-terrain.sh
 	sh scripts/picture-method.sh
 
-# The pages of gable view and gable explain from their sources, by npm: after a change in src/view/page or src/explain/page.
+# The pages of gable view, gable explain and gable edit from their sources, by npm: after a change in src/*/page.
 page:
 	sh scripts/page.sh
 

@@ -1,5 +1,5 @@
-// Makes the pages without a model, dist/page.html of `gable view`, `gable explain` and `gable edit`, from their sources. `--check` only says
-// whether they are stale. Run by scripts/page.sh, which brings three.js and esbuild along.
+// Makes the pages without a model, dist/page.html of `gable view`, `gable explain` and `gable edit`, from their sources.
+// `--check` only says whether they are stale. Run by scripts/page.sh, which brings three.js and esbuild along.
 
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync, mkdirSync, writeFileSync } from 'node:fs';
@@ -41,7 +41,7 @@ function sourcesOf({ folder, shares }) {
   return [...common, ...shares.flatMap(of), `${folder}/index.html`, ...of(folder)];
 }
 
-/** FNV-1a over the sources: tests of gable find a stale page without node (src/view/tests.rs, src/explain/tests.rs, src/edit). */
+/** FNV-1a over the sources: tests of gable find a stale page without node (tests::named in src/view/page.rs). */
 const hashOf = (sources) =>
   sources.reduce(
     (sum, name) =>

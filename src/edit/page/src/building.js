@@ -28,7 +28,11 @@ export class Building extends Body {
     this.low = toScene(bounds.low);
     this.high = toScene(bounds.high);
     const flat = (all) => new Float32Array(all.flatMap(toScene));
-    this.cloud = { positions: flat(cloud), classes: readAll(columns.classes), intensities: readAll(columns.cloud_intensity) };
+    this.cloud = {
+      positions: flat(cloud),
+      classes: readAll(columns.classes),
+      intensities: readAll(columns.cloud_intensity),
+    };
     this.points = {
       count: points.length,
       positions: flat(points),

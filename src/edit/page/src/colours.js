@@ -59,7 +59,8 @@ export const COLOURINGS = [
     key: 'height',
     name: 'height',
     title: 'Points by their height',
-    of: (building) => ramped(heightsOf, rangeOf(heightsOf(building.points.count > 0 ? building.points : building.cloud))),
+    of: (building) =>
+      ramped(heightsOf, rangeOf(heightsOf(building.points.count > 0 ? building.points : building.cloud))),
     legend: ({ head, frame, points, cloud }) => {
       const ends = rangeOf(heightsOf(points.count > 0 ? points : cloud)).map((z) => frame.heightToCrs(z).toFixed(1));
       return { ramp: RAMPS.plain, low: ends[0], high: `${ends[1]} (${head.crs})` };
@@ -79,7 +80,8 @@ export const COLOURINGS = [
     key: 'intensity',
     name: 'intensity',
     title: 'Points by the intensity of their echo',
-    of: ({ points, cloud }) => ramped(({ intensities }) => intensities, rangeOf([...points.intensities, ...cloud.intensities])),
+    of: ({ points, cloud }) =>
+      ramped(({ intensities }) => intensities, rangeOf([...points.intensities, ...cloud.intensities])),
     legend: ({ points, cloud }) => {
       const [low, high] = rangeOf([...points.intensities, ...cloud.intensities]);
       return { ramp: RAMPS.plain, low: String(low), high: String(high) };
@@ -89,7 +91,11 @@ export const COLOURINGS = [
     key: 'plane',
     name: 'plane',
     title: 'Points by the plane that they are on',
-    of: ({ points }) => (set) => (i) => (set === points && points.on[i] > 0 ? many(points.on[i] - 1) : NOTHING),
+    of:
+      ({ points }) =>
+      (set) =>
+      (i) =>
+        set === points && points.on[i] > 0 ? many(points.on[i] - 1) : NOTHING,
     legend: ({ points }) => [
       [many(0), 'planes, each of its own colour', ''],
       [NOTHING, 'points on no plane', String(points.on.filter((label) => label === 0).length)],

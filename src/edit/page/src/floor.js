@@ -108,9 +108,17 @@ export class Floor extends Tool {
     const { frame } = building;
     const set = (height) => this.set(frame.heightToScene(height), true);
     return [
-      says('Drag up or down in the picture, or click a point that lies as high as the floor. Shift+P shows the points around.'),
-      numberField('floor at', frame.heightToCrs(this.z), frame.unit[2] === 1 ? 'm' : 'CRS', set, { id: 'floor-height' }),
-      element('div', { class: 'does' }, button('Set the floor', 'Enter', 'The building stands at this height', () => this.confirm(), { isMain: true })),
+      says(
+        'Drag up or down in the picture, or click a point that lies as high as the floor. Shift+P shows the points around.',
+      ),
+      numberField('floor at', frame.heightToCrs(this.z), frame.unit[2] === 1 ? 'm' : 'CRS', set, {
+        id: 'floor-height',
+      }),
+      element(
+        'div',
+        { class: 'does' },
+        button('Set the floor', 'Enter', 'The building stands at this height', () => this.confirm(), { isMain: true }),
+      ),
     ];
   }
 }

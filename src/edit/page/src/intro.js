@@ -19,7 +19,11 @@ export function showIntro(node, done) {
   refill(
     node,
     element('h2', { id: 'intro-title' }, 'Mend a building'),
-    element('ol', {}, STEPS.map((text) => element('li', {}, text))),
+    element(
+      'ol',
+      {},
+      STEPS.map((text) => element('li', {}, text)),
+    ),
     element(
       'div',
       { class: 'does' },
@@ -27,6 +31,7 @@ export function showIntro(node, done) {
       element('button', { type: 'button', class: 'do main', id: 'intro-close', onclick: close }, 'Begin'),
     ),
   );
+  node.addEventListener('keydown', (event) => event.key === 'Escape' && (event.stopPropagation(), close()));
   node.hidden = false;
   node.querySelector('button').focus({ preventScroll: true });
 }

@@ -18,7 +18,10 @@ const HELP = [
   ['Ctrl+⇧Backspace', 'undo all'],
   ['Ctrl+S', 'write the model with what was accepted'],
   ['Enter   Del   Esc', 'do it; take away; drop it, leave the tool'],
-  ...TOOLS.map(({ press, name, title }) => [press.replace('Shift+', '⇧'), `${name}: ${title[0].toLowerCase()}${title.slice(1)}`]),
+  ...TOOLS.map(({ press, name, title }) => [
+    press.replace('Shift+', '⇧'),
+    `${name}: ${title[0].toLowerCase()}${title.slice(1)}`,
+  ]),
   ['X', 'chosen plane: off or on'],
   ['H   V', 'chosen plane: level, vertical'],
   ...LAYERS.map(({ press, name }) => [press.replace('Shift+', '⇧'), `show: ${name.toLowerCase()}`]),
@@ -30,15 +33,30 @@ const HELP = [
   ['D   M', 'dark or light; panel'],
 ];
 
-const NOTES = ['Fingers look; edits are made by mouse or pen and keys. All decisions are saved at once and never leave this machine.'];
+const NOTES = [
+  'Fingers look; edits are made by mouse or pen and keys. All decisions are saved at once and never leave this machine.',
+];
 
 export const fillKeys = (dialog) => fillHelp(dialog, HELP, NOTES);
 
 /** The name of a key as `listen` calls it. */
-const named = (press) => (press.length === 1 ? press.toLowerCase() : press.replace(/.$/, (letter) => letter.toLowerCase()));
+const named = (press) =>
+  press.length === 1 ? press.toLowerCase() : press.replace(/.$/, (letter) => letter.toLowerCase());
 
 /** Listens to the keys; gives what they do by their names. */
-export function listenToKeys({ app, session, toolbox, messages, beside, choose, view, parallel, toggle, closeSide, theme }) {
+export function listenToKeys({
+  app,
+  session,
+  toolbox,
+  messages,
+  beside,
+  choose,
+  view,
+  parallel,
+  toggle,
+  closeSide,
+  theme,
+}) {
   const { state, station } = app;
   const actions = {
     j: () => beside(1),

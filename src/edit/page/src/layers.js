@@ -8,12 +8,36 @@ import { distance } from './planes.js';
 
 /** The layers: their keys on the keyboard, and whether they are shown at first. */
 export const LAYERS = [
-  { key: 'points', name: 'Points', press: 'P', isShown: true, title: 'The points of the building, and those around it' },
-  { key: 'around', name: 'Around', press: 'Shift+P', isShown: false, title: 'Points of the tiles that are none of the building' },
+  {
+    key: 'points',
+    name: 'Points',
+    press: 'P',
+    isShown: true,
+    title: 'The points of the building, and those around it',
+  },
+  {
+    key: 'around',
+    name: 'Around',
+    press: 'Shift+P',
+    isShown: false,
+    title: 'Points of the tiles that are none of the building',
+  },
   { key: 'result', name: 'Result', press: 'Shift+R', isShown: true, title: 'The model as it is now' },
   { key: 'planes', name: 'Planes', press: 'Shift+L', isShown: false, title: 'The planes that were detected or added' },
-  { key: 'footprint', name: 'Footprint', press: 'Shift+F', isShown: true, title: 'The footprint at the height of the floor' },
-  { key: 'walls', name: 'Walls', press: 'Shift+V', isShown: false, title: 'The planes that stand on edges of the footprint and on jumps in height' },
+  {
+    key: 'footprint',
+    name: 'Footprint',
+    press: 'Shift+F',
+    isShown: true,
+    title: 'The footprint at the height of the floor',
+  },
+  {
+    key: 'walls',
+    name: 'Walls',
+    press: 'Shift+V',
+    isShown: false,
+    title: 'The planes that stand on edges of the footprint and on jumps in height',
+  },
   { key: 'cells', name: 'Cells', press: 'Shift+C', isShown: false, title: 'The cells by how likely they are inside' },
   { key: 'before', name: 'Before', press: 'Shift+B', isShown: false, title: 'The edges of the model without any edit' },
 ];
@@ -21,7 +45,10 @@ export const LAYERS = [
 const tellPlane = (building) => (i) => {
   const plane = building.planes[i];
   const place = `${decimal(plane.tilt, 1)}° from the level`;
-  return [`${plane.kind} ${i + 1}${plane.on ? '' : ', off'}`, `${whole(plane.points)} points, rms ${decimal(plane.rms, 3)} m, ${place}`];
+  return [
+    `${plane.kind} ${i + 1}${plane.on ? '' : ', off'}`,
+    `${whole(plane.points)} points, rms ${decimal(plane.rms, 3)} m, ${place}`,
+  ];
 };
 
 const slopeOf = (normals, i) => (Math.acos(Math.min(Math.abs(normals[i * 3 + 2]), 1)) * 180) / Math.PI;
@@ -94,7 +121,10 @@ function drawResult(picture, building, state) {
   const name = (i) => head.surfaces[faces.kinds[i]];
   const tell = (i) => [name(i), `${decimal(slopeOf(faces.normals, i), 1)}° from the level`];
   const options = { opacity: state.opacity, edges: 0.75, casts: true, tell };
-  pickable(picture.addPolygons(faces, (i) => LABELS[name(i)], options), 'result');
+  pickable(
+    picture.addPolygons(faces, (i) => LABELS[name(i)], options),
+    'result',
+  );
 }
 
 /** Places that edits name: marks, and lines along which parts are split. */
@@ -138,7 +168,9 @@ export function drawLayers(picture, building, state) {
   }
   drawPoints(picture, building, state);
   const { before } = building;
-  const edges = layers.before ? before.edges.map((corner) => [...before.positions.subarray(corner * 3, corner * 3 + 3)]) : [];
+  const edges = layers.before
+    ? before.edges.map((corner) => [...before.positions.subarray(corner * 3, corner * 3 + 3)])
+    : [];
   picture.drawLines('before', edges, BEFORE[state.theme], { width: 2, isHidden: true, opacity: 0.8 });
   drawEdits(picture, building);
 }

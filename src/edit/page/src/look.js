@@ -21,7 +21,11 @@ export class Measure extends Tool {
     const [a, b] = [this.places[0], this.places[1] ?? next];
     const corner = a && b ? [b[0], b[1], a[2]] : null;
     this.app.picture.drawLines('measured', corner ? [a, b] : [], CHOSEN, { width: 3, isHidden: true });
-    this.app.picture.drawLines('measured-by', corner ? [a, corner, corner, b] : [], CHOSEN, { width: 1.5, isHidden: true, opacity: 0.7 });
+    this.app.picture.drawLines('measured-by', corner ? [a, corner, corner, b] : [], CHOSEN, {
+      width: 1.5,
+      isHidden: true,
+      opacity: 0.7,
+    });
     this.app.picture.drawPoints('measured-at', this.places, () => CHOSEN, 8, { isHidden: true });
   }
 
@@ -66,8 +70,17 @@ export class Measure extends Tool {
       return [says('Click two places: points, faces, or the floor.')];
     }
     const { frame } = this.building;
-    const rows = [...this.told(a, b), ['heights', [a, b].map((place) => decimal(frame.heightToCrs(place[2]), 2)).join(', ')]];
-    return [element('dl', { id: 'measured' }, rows.flatMap(([name, value]) => [element('dt', {}, name), element('dd', {}, value)]))];
+    const rows = [
+      ...this.told(a, b),
+      ['heights', [a, b].map((place) => decimal(frame.heightToCrs(place[2]), 2)).join(', ')],
+    ];
+    return [
+      element(
+        'dl',
+        { id: 'measured' },
+        rows.flatMap(([name, value]) => [element('dt', {}, name), element('dd', {}, value)]),
+      ),
+    ];
   }
 }
 
@@ -171,11 +184,26 @@ export class Section extends Tool {
     const { section } = this.app.state;
     const { building } = this;
     if (!building || !section) {
-      return [says('No section.'), element('div', { class: 'does' }, button('Section', 'C', 'A section across the view', () => this.along('across')))];
+      return [
+        says('No section.'),
+        element(
+          'div',
+          { class: 'does' },
+          button('Section', 'C', 'A section across the view', () => this.along('across')),
+        ),
+      ];
     }
     const reach = Math.max(...building.high.map((value, axis) => value - building.low[axis])) * 0.75;
     const slider = (name, value, low, high, change, id) => {
-      const input = element('input', { type: 'range', id, min: low, max: high, step: 0.05, value, oninput: () => this.set({ [change]: input.valueAsNumber }) });
+      const input = element('input', {
+        type: 'range',
+        id,
+        min: low,
+        max: high,
+        step: 0.05,
+        value,
+        oninput: () => this.set({ [change]: input.valueAsNumber }),
+      });
       return element('label', { class: 'row slider' }, element('span', {}, name), input);
     };
     const { normal, at, depth } = section;
@@ -188,7 +216,12 @@ export class Section extends Tool {
         button('Level', '', 'At one height', () => this.along('level')),
       ),
       slider('place', at, -reach, reach, 'at', 'section-at'),
-      numberField('only a slab of', depth, 'm', (value) => this.set({ depth: Math.max(value, 0) }), { step: 0.5, min: 0, id: 'section-depth', title: '0: all that lies behind' }),
+      numberField('only a slab of', depth, 'm', (value) => this.set({ depth: Math.max(value, 0) }), {
+        step: 0.5,
+        min: 0,
+        id: 'section-depth',
+        title: '0: all that lies behind',
+      }),
       element(
         'div',
         { class: 'does' },

@@ -133,9 +133,29 @@ async function start() {
   refill(
     byId('views'),
     VIEWS.map(([name, letter, press, title]) =>
-      element('button', { type: 'button', 'data-view': name, title: `${title} (${press})`, 'aria-label': title, onclick: () => view(name) }, letter),
+      element(
+        'button',
+        {
+          type: 'button',
+          'data-view': name,
+          title: `${title} (${press})`,
+          'aria-label': title,
+          onclick: () => view(name),
+        },
+        letter,
+      ),
     ),
-    element('button', { type: 'button', id: 'parallel', title: 'Without perspective (.)', 'aria-label': 'Without perspective', onclick: parallel }, '∥'),
+    element(
+      'button',
+      {
+        type: 'button',
+        id: 'parallel',
+        title: 'Without perspective (.)',
+        'aria-label': 'Without perspective',
+        onclick: parallel,
+      },
+      '∥',
+    ),
   );
   picture.beforeFrame.push(() => byId('parallel').setAttribute('aria-pressed', String(station.isParallel)));
 
@@ -146,7 +166,10 @@ async function start() {
     }
     drawLayers(picture, building, state);
     picture.setCuts(cutsOf(section));
-    const profile = section && state.layers.result ? profileOf(building.faces, { normal: section.normal, offset: -section.at - 0.004 }) : [];
+    const profile =
+      section && state.layers.result
+        ? profileOf(building.faces, { normal: section.normal, offset: -section.at - 0.004 })
+        : [];
     picture.drawLines('profile', profile, CHOSEN, { width: 2.5 });
   };
   let last = null;
@@ -157,7 +180,12 @@ async function start() {
     }
     if (any('building')) {
       const { building } = state;
-      if (building && (last?.centre !== building.centre || last?.floor !== building.floor || last?.head.revision !== building.head.revision)) {
+      if (
+        building &&
+        (last?.centre !== building.centre ||
+          last?.floor !== building.floor ||
+          last?.head.revision !== building.head.revision)
+      ) {
         picture.setBuilding(building);
         station.measure();
       }
@@ -186,10 +214,27 @@ async function start() {
     const isClosed = document.body.classList.toggle('closed');
     byId('menu').setAttribute('aria-expanded', String(!isClosed));
   };
-  const actions = listenToKeys({ app, session, toolbox, messages, beside, choose, view, parallel, toggle, closeSide, theme });
+  const actions = listenToKeys({
+    app,
+    session,
+    toolbox,
+    messages,
+    beside,
+    choose,
+    view,
+    parallel,
+    toggle,
+    closeSide,
+    theme,
+  });
   fillKeys(byId('keys'));
   const press = { fit: 'f', help: '?', previous: 'k', next: 'j', menu: 'm', undo: 'Ctrl+z', redo: 'Ctrl+Shift+z' };
-  Object.assign(press, { 'undo-edit': 'Ctrl+z', 'redo-edit': 'Ctrl+Shift+z', clear: 'Ctrl+Shift+Backspace', export: 'Ctrl+s' });
+  Object.assign(press, {
+    'undo-edit': 'Ctrl+z',
+    'redo-edit': 'Ctrl+Shift+z',
+    clear: 'Ctrl+Shift+Backspace',
+    export: 'Ctrl+s',
+  });
   Object.entries(press).forEach(([id, key]) => byId(id).addEventListener('click', () => actions[key]()));
   const tabs = [
     ['Buildings', false],
@@ -221,7 +266,7 @@ async function start() {
   showCompass(picture, station, byId('compass'));
   toolbox.choose('select');
   panel.showTool(toolbox.tool);
-  (model.notes ?? []).slice(0, 3).forEach((note) => messages.fail(note));
+  (model.notes ?? []).forEach((note) => messages.note(note));
   state.set({ rows: model.buildings });
   byId('loading').hidden = true;
   await open(model.buildings.some(({ id }) => id === wanted.id) ? wanted.id : list.shown[0]?.id);

@@ -62,7 +62,9 @@ export class Mark extends Tool {
     const { cells, faces } = this.building;
     const at = (positions, corner) => [...positions.subarray(corner * 3, corner * 3 + 3)];
     if (cell === undefined) {
-      return faces.edges.filter((_, i) => faces.edgeOwner[i >> 1] === face).map((corner) => at(faces.positions, corner));
+      return faces.edges
+        .filter((_, i) => faces.edgeOwner[i >> 1] === face)
+        .map((corner) => at(faces.positions, corner));
     }
     return cells.facets[cell].flatMap((ring) =>
       ring.flatMap((corner, i) => [at(cells.positions, corner), at(cells.positions, ring[(i + 1) % ring.length])]),
@@ -79,7 +81,9 @@ export class Mark extends Tool {
             ? 'Click a face: what lies before it is inside.'
             : 'Click a face: what lies behind it is outside.',
       ),
-      says(cells ? 'Shift+C hides the cells: then faces are clicked.' : 'Shift+C shows the cells, to click one of them.'),
+      says(
+        cells ? 'Shift+C hides the cells: then faces are clicked.' : 'Shift+C shows the cells, to click one of them.',
+      ),
     ];
   }
 }

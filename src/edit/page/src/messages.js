@@ -8,13 +8,27 @@ export class Messages {
     this.waiting = 0;
   }
 
-  /** An error. The same one is not said twice. */
+  /** An error. */
   fail(text) {
+    this.stay(text, 'message');
+  }
+
+  /** What one should know, and is no error. */
+  note(text) {
+    this.stay(text, 'message mild');
+  }
+
+  /** The same text is not said twice. */
+  stay(text, kind) {
     if ([...this.stack.children].some((node) => node.firstElementChild.textContent === text)) {
       return;
     }
-    const close = element('button', { type: 'button', class: 'close', 'aria-label': 'Dismiss', title: 'Dismiss (Esc)' }, '×');
-    const node = element('div', { class: 'message', role: 'alert' }, element('p', {}, text), close);
+    const close = element(
+      'button',
+      { type: 'button', class: 'close', 'aria-label': 'Dismiss', title: 'Dismiss (Esc)' },
+      '×',
+    );
+    const node = element('div', { class: kind, role: 'alert' }, element('p', {}, text), close);
     close.addEventListener('click', () => node.remove());
     this.stack.append(node);
   }

@@ -47,7 +47,10 @@ export class Move extends Tool {
 
   draw() {
     const { moved, own, app } = this;
-    const ring = hullOf(moved, this.extent.map((place) => onto(moved, place)));
+    const ring = hullOf(
+      moved,
+      this.extent.map((place) => onto(moved, place)),
+    );
     app.picture.drawRing('moved', ring, CHOSEN, { opacity: 0.28 });
     const of = (i) => signed(Math.round((distance(moved, own[i]) / FAR) * 100) / 100);
     app.picture.drawPoints('moved-points', own, of, 5);
@@ -121,10 +124,22 @@ export class Move extends Tool {
     return [
       says('Drag in the picture to move it along its normal; with Shift to turn it.'),
       numberField('along the normal', this.by, 'm', (by) => set({ by }), { id: 'move-by' }),
-      numberField('slope', this.slope, '°', (slope) => set({ slope, hasTurned: true }), { step: 0.5, id: 'move-slope', min: 0, max: 90 }),
-      numberField('falls to', this.azimuth, '°', (azimuth) => set({ azimuth, hasTurned: true }), { step: 1, id: 'move-azimuth' }),
+      numberField('slope', this.slope, '°', (slope) => set({ slope, hasTurned: true }), {
+        step: 0.5,
+        id: 'move-slope',
+        min: 0,
+        max: 90,
+      }),
+      numberField('falls to', this.azimuth, '°', (azimuth) => set({ azimuth, hasTurned: true }), {
+        step: 1,
+        id: 'move-azimuth',
+      }),
       this.told,
-      element('div', { class: 'does' }, button('Move it', 'Enter', 'The plane lies there', () => this.confirm(), { isMain: true })),
+      element(
+        'div',
+        { class: 'does' },
+        button('Move it', 'Enter', 'The plane lies there', () => this.confirm(), { isMain: true }),
+      ),
     ];
   }
 }

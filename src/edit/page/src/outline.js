@@ -41,7 +41,10 @@ export class Edge extends Tool {
     const { places } = this.app;
     const at = places.inCanvas(event.clientX, event.clientY);
     const far = (edge) => fromEdge(at, places.onScreen(edge.a), places.onScreen(edge.b));
-    const best = edgesOf(this.building).reduce((least, edge) => (least && far(least) <= far(edge) ? least : edge), null);
+    const best = edgesOf(this.building).reduce(
+      (least, edge) => (least && far(least) <= far(edge) ? least : edge),
+      null,
+    );
     return best && far(best) < NEAR ? best : null;
   }
 
@@ -117,7 +120,13 @@ export class Edge extends Tool {
     };
     return [
       numberField('outwards', this.by, 'm', set, { id: 'edge-by' }),
-      element('div', { class: 'does' }, button('Offset the edge', 'Enter', 'The edge stands there; those beside it follow', () => this.confirm(), { isMain: true })),
+      element(
+        'div',
+        { class: 'does' },
+        button('Offset the edge', 'Enter', 'The edge stands there; those beside it follow', () => this.confirm(), {
+          isMain: true,
+        }),
+      ),
     ];
   }
 }
@@ -144,7 +153,9 @@ export class Redraw extends Tool {
     const { picture } = this.app;
     picture.drawLines('ring', this.rings.flatMap(pairsOf), CHOSEN, { width: 3, isHidden: true });
     const corners = this.rings.flat();
-    picture.drawPoints('ring-corners', corners, (i) => (corners[i] === this.corner ? GONE : CHOSEN), 10, { isHidden: true });
+    picture.drawPoints('ring-corners', corners, (i) => (corners[i] === this.corner ? GONE : CHOSEN), 10, {
+      isHidden: true,
+    });
   }
 
   /** The corner under the pointer, and the middle of an edge, where a new one would be. */
@@ -162,7 +173,9 @@ export class Redraw extends Tool {
       }
     }
     for (const ring of this.rings) {
-      const at = ring.findIndex((a, i) => fromEdge([x, y], places.onScreen(a), places.onScreen(ring[(i + 1) % ring.length])) < 7);
+      const at = ring.findIndex(
+        (a, i) => fromEdge([x, y], places.onScreen(a), places.onScreen(ring[(i + 1) % ring.length])) < 7,
+      );
       if (at >= 0) {
         return { ring, at, isBetween: true };
       }
@@ -262,7 +275,10 @@ export class Redraw extends Tool {
       element(
         'div',
         { class: 'does' },
-        button('Redraw it', 'Enter', 'This is the footprint', () => this.confirm(), { isMain: true, disabled: !this.hasChanged }),
+        button('Redraw it', 'Enter', 'This is the footprint', () => this.confirm(), {
+          isMain: true,
+          disabled: !this.hasChanged,
+        }),
         button('Take corner', 'Del', 'Takes the last corner away', () => this.erase()),
         button('Draw anew', '', 'Begins with nothing', () => this.anew()),
       ),

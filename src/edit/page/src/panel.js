@@ -111,7 +111,12 @@ export class Panel {
     const { name, title } = TOOLS.find(({ key }) => key === this.state.tool);
     // What is being typed into stays.
     const typed = document.activeElement;
-    if (typed?.type === 'number' && this.nodes.options.contains(typed) && this.shown === this.state.tool && !this.isForced) {
+    if (
+      typed?.type === 'number' &&
+      this.nodes.options.contains(typed) &&
+      this.shown === this.state.tool &&
+      !this.isForced
+    ) {
       return;
     }
     this.shown = this.state.tool;

@@ -78,12 +78,19 @@ export class Split extends Tool {
 
   options() {
     return [
-      says('Click the places of a line across the building. Corners of the footprint draw it to them. 6 looks from straight above.'),
+      says(
+        'Click the places of a line across the building. Corners of the footprint draw it to them. 6 looks from straight above.',
+      ),
       element(
         'div',
         { class: 'does' },
-        button('Split', 'Enter', 'The building has two parts, on either side of the line', () => this.confirm(), { isMain: true, disabled: this.line.length < 2 }),
-        button('Take back', 'Del', 'Takes the last place back', () => this.erase(), { disabled: this.line.length === 0 }),
+        button('Split', 'Enter', 'The building has two parts, on either side of the line', () => this.confirm(), {
+          isMain: true,
+          disabled: this.line.length < 2,
+        }),
+        button('Take back', 'Del', 'Takes the last place back', () => this.erase(), {
+          disabled: this.line.length === 0,
+        }),
       ),
     ];
   }
@@ -105,7 +112,11 @@ export class Merge extends Tool {
     return [
       says('Parts of the footprint that are close to each other become one.'),
       numberField('gaps up to', this.gap, 'm', (gap) => (this.gap = gap), { id: 'merge-gap', min: 0 }),
-      element('div', { class: 'does' }, button('Merge', 'Enter', 'Gaps up to this wide are closed', () => this.confirm(), { isMain: true })),
+      element(
+        'div',
+        { class: 'does' },
+        button('Merge', 'Enter', 'Gaps up to this wide are closed', () => this.confirm(), { isMain: true }),
+      ),
     ];
   }
 }

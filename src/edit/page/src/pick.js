@@ -136,7 +136,13 @@ export class Pick extends Tool {
   /** How the plane is to lie: as `fitted` takes it. */
   get wanted() {
     const chosen = chosenPlane(this.app);
-    return this.lie === 'free' ? null : this.lie === 'parallel' ? (chosen ? { parallel: chosen.normal } : null) : this.lie;
+    return this.lie === 'free'
+      ? null
+      : this.lie === 'parallel'
+        ? chosen
+          ? { parallel: chosen.normal }
+          : null
+        : this.lie;
   }
 
   draw(isDone = true) {
@@ -145,7 +151,12 @@ export class Pick extends Tool {
     picture.drawPoints('picked', places, () => CHOSEN, 6);
     this.plane = isDone ? fitted(places, this.wanted) : null;
     if (isDone) {
-      const ring = this.plane ? hullOf(this.plane, places.map((place) => onto(this.plane, place))) : [];
+      const ring = this.plane
+        ? hullOf(
+            this.plane,
+            places.map((place) => onto(this.plane, place)),
+          )
+        : [];
       picture.drawRing('fit', ring, CHOSEN, { opacity: 0.25 });
     }
   }
@@ -186,8 +197,19 @@ export class Pick extends Tool {
     }
     const places = this.places;
     // No nearer than half way to the points that stay.
-    const rest = Array.from({ length: building.points.count }, (_, i) => i).filter((i) => !picked.has(i) && !building.points.excluded[i]);
-    const radius = Math.max(Math.min(NEAR, leastBetween(places, rest.map((i) => building.pointAt(i))) / 2), 0.01);
+    const rest = Array.from({ length: building.points.count }, (_, i) => i).filter(
+      (i) => !picked.has(i) && !building.points.excluded[i],
+    );
+    const radius = Math.max(
+      Math.min(
+        NEAR,
+        leastBetween(
+          places,
+          rest.map((i) => building.pointAt(i)),
+        ) / 2,
+      ),
+      0.01,
+    );
     const region = { near: { places: places.map((place) => building.frame.toCrs(place)), radius } };
     this.app.act({ 'exclude-points': { region } }).then((isDone) => isDone && this.drop());
   }
@@ -218,7 +240,11 @@ export class Pick extends Tool {
     ];
     const select = element(
       'select',
-      { id: 'lie', 'aria-label': 'How the plane lies', onchange: () => ((this.lie = select.value), this.draw(), this.app.showOptions()) },
+      {
+        id: 'lie',
+        'aria-label': 'How the plane lies',
+        onchange: () => ((this.lie = select.value), this.draw(), this.app.showOptions()),
+      },
       lies.map(([value, name]) => element('option', { value, selected: value === this.lie }, name)),
     );
     const told = plane
@@ -232,8 +258,13 @@ export class Pick extends Tool {
       element(
         'div',
         { class: 'does' },
-        button('Add plane', 'Enter', 'A plane through the points', () => this.confirm(), { isMain: true, disabled: !plane }),
-        button('Exclude points', 'Del', 'The points are none of the building: a tree, a crane', () => this.erase(), { disabled: picked.size === 0 }),
+        button('Add plane', 'Enter', 'A plane through the points', () => this.confirm(), {
+          isMain: true,
+          disabled: !plane,
+        }),
+        button('Exclude points', 'Del', 'The points are none of the building: a tree, a crane', () => this.erase(), {
+          disabled: picked.size === 0,
+        }),
       ),
     ];
   }
@@ -252,7 +283,8 @@ const nearestOf = (places, place) =>
 
 /** The least distance between two sets of places, if it is below a metre: by cubes of a metre. */
 function leastBetween(some, others) {
-  const key = (p, dx = 0, dy = 0, dz = 0) => `${Math.floor(p[0]) + dx} ${Math.floor(p[1]) + dy} ${Math.floor(p[2]) + dz}`;
+  const key = (p, dx = 0, dy = 0, dz = 0) =>
+    `${Math.floor(p[0]) + dx} ${Math.floor(p[1]) + dy} ${Math.floor(p[2]) + dz}`;
   const cubes = new Map();
   others.forEach((place) => {
     const own = key(place);

@@ -40,7 +40,9 @@ export function shownRows(rows, { states, reason, text, order }) {
   const passes = (row) =>
     (states.size === 0 || states.has(row.state)) &&
     (reason === '' || row.why.some((why) => reasonOf(why) === reason)) &&
-    (wanted === '' || row.id.toLowerCase().includes(wanted) || row.why.some((why) => why.toLowerCase().includes(wanted)));
+    (wanted === '' ||
+      row.id.toLowerCase().includes(wanted) ||
+      row.why.some((why) => why.toLowerCase().includes(wanted)));
   const { compare } = ORDERS[order];
   return rows
     .map((row, i) => [row, i])

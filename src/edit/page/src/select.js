@@ -84,11 +84,29 @@ export class Select extends Tool {
       return [title, figures, says('The method added it to explain points that were left; it has no switch.')];
     }
     const does = [
-      button(plane.on ? 'Switch off' : 'Switch on', 'X', 'The plane counts for nothing, or counts again', () => planeActions.switch(app)),
-      button('Level', 'H', 'Turn it about the middle of its points until it is level', () => planeActions.align(app, 'level'), { disabled: !plane.on }),
-      button('Vertical', 'V', 'Turn it until it stands', () => planeActions.align(app, 'vertical'), { disabled: !plane.on }),
-      button('Parallel to…', 'Y', 'Turn it until it is parallel to another, which you click', () => app.choose('parallel'), { disabled: !plane.on }),
-      button('Move or turn', 'G', 'Move it along its normal, or turn it', () => app.choose('move'), { disabled: !plane.on }),
+      button(plane.on ? 'Switch off' : 'Switch on', 'X', 'The plane counts for nothing, or counts again', () =>
+        planeActions.switch(app),
+      ),
+      button(
+        'Level',
+        'H',
+        'Turn it about the middle of its points until it is level',
+        () => planeActions.align(app, 'level'),
+        { disabled: !plane.on },
+      ),
+      button('Vertical', 'V', 'Turn it until it stands', () => planeActions.align(app, 'vertical'), {
+        disabled: !plane.on,
+      }),
+      button(
+        'Parallel to…',
+        'Y',
+        'Turn it until it is parallel to another, which you click',
+        () => app.choose('parallel'),
+        { disabled: !plane.on },
+      ),
+      button('Move or turn', 'G', 'Move it along its normal, or turn it', () => app.choose('move'), {
+        disabled: !plane.on,
+      }),
     ];
     return [title, figures, element('div', { class: 'does' }, does)];
   }

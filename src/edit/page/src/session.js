@@ -56,7 +56,17 @@ export class Session {
   follow(head) {
     const of = (row) => {
       const { rmse, missing, excess, confidence, faces, failure, lod } = head.now;
-      const own = { state: head.state, edits: head.edits.length, rmse, missing, excess, confidence, faces, failure, lod };
+      const own = {
+        state: head.state,
+        edits: head.edits.length,
+        rmse,
+        missing,
+        excess,
+        confidence,
+        faces,
+        failure,
+        lod,
+      };
       return head.row ?? { ...row, ...own };
     };
     this.state.set({ rows: this.state.rows.map((row) => (row.id === head.id ? of(row) : row)) });
@@ -133,7 +143,7 @@ export class Session {
     try {
       const { path, buildings, warnings = [] } = await this.messages.during('Writing what was accepted…', api.export());
       this.messages.tell(`${path}: the model with what was accepted; ${counted(buildings, 'building')} made anew.`);
-      warnings.forEach((warning) => this.messages.fail(warning));
+      warnings.forEach((warning) => this.messages.note(warning));
     } catch (error) {
       this.messages.fail(error.message);
     }

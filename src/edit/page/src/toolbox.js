@@ -13,22 +13,137 @@ import { Triple } from './triple.js';
 
 /** The tools in the order of the panel: the key of each, what it is for, and what is said while it is chosen. */
 export const TOOLS = [
-  { key: 'select', name: 'Select', press: 'S', title: 'Choose a plane: switch it, level it, move it', hint: 'click a plane · X off or on · H level · V vertical · Y parallel to… · G move or turn', make: (app) => new Select(app) },
-  { key: 'move', name: 'Move', press: 'G', title: 'Move the chosen plane along its normal, or turn it', hint: 'drag along the normal · Shift+drag turns · Enter moves it · Esc leaves', make: (app) => new Move(app) },
-  { key: 'parallel', name: 'Parallel', press: 'Y', title: 'Turn the chosen plane parallel to another', hint: 'click the other plane · Esc leaves', make: (app) => new Parallel(app) },
-  { key: 'brush', name: 'Brush', press: 'B', title: 'Pick points by painting over them: for a new plane, or to leave them out', hint: 'drag over points · Alt+drag unpicks · Enter adds a plane · Del excludes them', isDrag: true, make: (app) => new Pick(app, false) },
-  { key: 'lasso', name: 'Lasso', press: 'L', title: 'Pick points by drawing around them', hint: 'draw around points · Shift more, Alt fewer · Enter adds a plane · Del excludes them', isDrag: true, make: (app) => new Pick(app, true) },
-  { key: 'triple', name: '3 points', press: 'T', title: 'A plane through three places or more', hint: 'click three places · Enter adds the plane · Del takes the last back · Esc leaves', make: (app) => new Triple(app) },
-  { key: 'inside', name: 'Inside', press: 'I', title: 'Mark a place that is inside the building', hint: 'click a face: what lies before it is inside · Shift+C to click cells · Esc leaves', make: (app) => new Mark(app, true) },
-  { key: 'outside', name: 'Outside', press: 'U', title: 'Mark a place that is outside the building', hint: 'click a face: what lies behind it is outside · Shift+C to click cells · Esc leaves', make: (app) => new Mark(app, false) },
-  { key: 'floor', name: 'Floor', press: 'Z', title: 'The height of the floor', hint: 'drag up or down, or click a point · Enter sets the floor · Esc leaves', isDrag: true, make: (app) => new Floor(app) },
-  { key: 'edge', name: 'Edge', press: 'E', title: 'Offset an edge of the footprint', hint: 'drag an edge of the footprint · Enter offsets it · Esc leaves', make: (app) => new Edge(app) },
-  { key: 'redraw', name: 'Redraw', press: 'Shift+E', title: 'Draw the footprint anew, or move its corners', hint: 'drag corners, or an edge for a new one · Del takes one away · Enter redraws · Esc leaves', make: (app) => new Redraw(app) },
-  { key: 'split', name: 'Split', press: 'Shift+S', title: 'Split the building along a line', hint: 'click the places of the line · Enter splits · Esc leaves', make: (app) => new Split(app) },
-  { key: 'merge', name: 'Merge', press: 'Shift+M', title: 'Merge parts that are close to each other', hint: 'Enter merges parts whose gap is not wider · Esc leaves', make: (app) => new Merge(app) },
-  { key: 'weights', name: 'Weights', press: 'Shift+W', title: 'λ and the smallest feature of this building', hint: 'the building is solved when a slider is let go · Esc leaves', make: (app) => new Weights(app) },
-  { key: 'measure', name: 'Measure', press: 'W', title: 'Measure between two places', hint: 'click two places · Esc leaves', make: (app) => new Measure(app) },
-  { key: 'section', name: 'Section', press: 'C', title: 'Cut away what is in front, or all but a slab', hint: 'click two places for a section through them · Del takes it away · Esc leaves it there', make: (app) => new Section(app) },
+  {
+    key: 'select',
+    name: 'Select',
+    press: 'S',
+    title: 'Choose a plane: switch it, level it, move it',
+    hint: 'click a plane · X off or on · H level · V vertical · Y parallel to… · G move or turn',
+    make: (app) => new Select(app),
+  },
+  {
+    key: 'move',
+    name: 'Move',
+    press: 'G',
+    title: 'Move the chosen plane along its normal, or turn it',
+    hint: 'drag along the normal · Shift+drag turns · Enter moves it · Esc leaves',
+    make: (app) => new Move(app),
+  },
+  {
+    key: 'parallel',
+    name: 'Parallel',
+    press: 'Y',
+    title: 'Turn the chosen plane parallel to another',
+    hint: 'click the other plane · Esc leaves',
+    make: (app) => new Parallel(app),
+  },
+  {
+    key: 'brush',
+    name: 'Brush',
+    press: 'B',
+    title: 'Pick points by painting over them: for a new plane, or to leave them out',
+    hint: 'drag over points · Alt+drag unpicks · Enter adds a plane · Del excludes them',
+    isDrag: true,
+    make: (app) => new Pick(app, false),
+  },
+  {
+    key: 'lasso',
+    name: 'Lasso',
+    press: 'L',
+    title: 'Pick points by drawing around them',
+    hint: 'draw around points · Shift more, Alt fewer · Enter adds a plane · Del excludes them',
+    isDrag: true,
+    make: (app) => new Pick(app, true),
+  },
+  {
+    key: 'triple',
+    name: '3 points',
+    press: 'T',
+    title: 'A plane through three places or more',
+    hint: 'click three places · Enter adds the plane · Del takes the last back · Esc leaves',
+    make: (app) => new Triple(app),
+  },
+  {
+    key: 'inside',
+    name: 'Inside',
+    press: 'I',
+    title: 'Mark a place that is inside the building',
+    hint: 'click a face: what lies before it is inside · Shift+C to click cells · Esc leaves',
+    make: (app) => new Mark(app, true),
+  },
+  {
+    key: 'outside',
+    name: 'Outside',
+    press: 'U',
+    title: 'Mark a place that is outside the building',
+    hint: 'click a face: what lies behind it is outside · Shift+C to click cells · Esc leaves',
+    make: (app) => new Mark(app, false),
+  },
+  {
+    key: 'floor',
+    name: 'Floor',
+    press: 'Z',
+    title: 'The height of the floor',
+    hint: 'drag up or down, or click a point · Enter sets the floor · Esc leaves',
+    isDrag: true,
+    make: (app) => new Floor(app),
+  },
+  {
+    key: 'edge',
+    name: 'Edge',
+    press: 'E',
+    title: 'Offset an edge of the footprint',
+    hint: 'drag an edge of the footprint · Enter offsets it · Esc leaves',
+    make: (app) => new Edge(app),
+  },
+  {
+    key: 'redraw',
+    name: 'Redraw',
+    press: 'Shift+E',
+    title: 'Draw the footprint anew, or move its corners',
+    hint: 'drag corners, or an edge for a new one · Del takes one away · Enter redraws · Esc leaves',
+    make: (app) => new Redraw(app),
+  },
+  {
+    key: 'split',
+    name: 'Split',
+    press: 'Shift+S',
+    title: 'Split the building along a line',
+    hint: 'click the places of the line · Enter splits · Esc leaves',
+    make: (app) => new Split(app),
+  },
+  {
+    key: 'merge',
+    name: 'Merge',
+    press: 'Shift+M',
+    title: 'Merge parts that are close to each other',
+    hint: 'Enter merges parts whose gap is not wider · Esc leaves',
+    make: (app) => new Merge(app),
+  },
+  {
+    key: 'weights',
+    name: 'Weights',
+    press: 'Shift+W',
+    title: 'λ and the smallest feature of this building',
+    hint: 'the building is solved when a slider is let go · Esc leaves',
+    make: (app) => new Weights(app),
+  },
+  {
+    key: 'measure',
+    name: 'Measure',
+    press: 'W',
+    title: 'Measure between two places',
+    hint: 'click two places · Esc leaves',
+    make: (app) => new Measure(app),
+  },
+  {
+    key: 'section',
+    name: 'Section',
+    press: 'C',
+    title: 'Cut away what is in front, or all but a slab',
+    hint: 'click two places for a section through them · Del takes it away · Esc leaves it there',
+    make: (app) => new Section(app),
+  },
 ];
 
 /** A click that moved farther is a drag, pixels. */
@@ -84,7 +199,10 @@ export class Toolbox {
     const node = this.outline;
     node.toggleAttribute('hidden', ring === null);
     if (ring) {
-      node.firstElementChild.setAttribute('points', ring.map((place) => place.map((v) => v.toFixed(1)).join()).join(' '));
+      node.firstElementChild.setAttribute(
+        'points',
+        ring.map((place) => place.map((v) => v.toFixed(1)).join()).join(' '),
+      );
     }
   }
 

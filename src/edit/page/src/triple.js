@@ -74,12 +74,22 @@ export class Triple extends Tool {
           ? `${counted(this.places.length, 'place')}; the plane lies at ${decimal(lieOf(this.plane).slope, 1)}°.`
           : 'Click three places or more, best the corners of the plane: points, faces, or the floor.',
       ),
-      element('label', { class: 'row', title: 'Without it at least three points must lie on the plane' }, box, 'it is there though nobody scanned it'),
+      element(
+        'label',
+        { class: 'row', title: 'Without it at least three points must lie on the plane' },
+        box,
+        'it is there though nobody scanned it',
+      ),
       element(
         'div',
         { class: 'does' },
-        button('Add plane', 'Enter', 'A plane through the places', () => this.confirm(), { isMain: true, disabled: !this.plane }),
-        button('Take back', 'Del', 'Takes the last place back', () => this.erase(), { disabled: this.places.length === 0 }),
+        button('Add plane', 'Enter', 'A plane through the places', () => this.confirm(), {
+          isMain: true,
+          disabled: !this.plane,
+        }),
+        button('Take back', 'Del', 'Takes the last place back', () => this.erase(), {
+          disabled: this.places.length === 0,
+        }),
       ),
     ];
   }
