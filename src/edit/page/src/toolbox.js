@@ -261,7 +261,9 @@ export class Toolbox {
         app.station.controls.enabled = true;
         this.tool.up(event);
       }
-      if (isStill && !this.hasDragged && event.type === 'pointerup' && isReady()) {
+      // Fingers look: of the tools they have those that change nothing.
+      const isMeant = event.pointerType !== 'touch' || ['select', 'measure'].includes(this.now);
+      if (isStill && isMeant && !this.hasDragged && event.type === 'pointerup' && isReady()) {
         this.tool.click(event);
       }
       [down, isOwn, this.hasDragged] = [null, false, false];
