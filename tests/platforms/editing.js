@@ -72,6 +72,29 @@ async function solved(page, last) {
   return head(page);
 }
 
+/** Waits until the view rests and is drawn with all its pixels. */
+async function settled(page) {
+  await page.waitForFunction(
+    () => {
+      const { picture } = window.gable;
+      const rests = performance.now() - (picture.movedAt ?? 0) > 800;
+      return rests && !picture.isCoarse && !picture.asked;
+    },
+    { timeout: PATIENCE, polling: 100 },
+  );
+}
+
+/** The table of figures, by their names: what was and what is. */
+const tableOf = (page) =>
+  page.$$eval('#figures [data-figure]', (rows) =>
+    Object.fromEntries(
+      rows.map((row) => [
+        row.dataset.figure,
+        [...row.querySelectorAll('td')].slice(0, 2).map((cell) => cell.textContent),
+      ]),
+    ),
+  );
+
 /** Where places of the CRS are in the window. */
 const onScreen = (page, places) =>
   page.evaluate((places) => {
@@ -104,4 +127,4 @@ async function draw(page, places) {
   await page.mouse.up();
 }
 
-module.exports = { PATIENCE, draw, head, onScreen, openEditor, press, serve, solved };
+module.exports = { PATIENCE, draw, head, onScreen, openEditor, press, serve, settled, solved, tableOf };

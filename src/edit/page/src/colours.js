@@ -10,6 +10,11 @@ export const GONE = '#c2332c';
 export const MARKS = { inside: '#1f78d1', outside: '#e0701f' };
 /** The model before any edit. */
 export const BEFORE = { light: '#6a5acd', dark: '#b3a6ff' };
+/** Faces where the colours of points tell: what is red is to be seen. */
+export const QUIET = {
+  light: { RoofSurface: '#a9b0b8', WallSurface: '#d9dcdf', GroundSurface: '#b3bba8', OuterCeilingSurface: '#b9b2cc' },
+  dark: { RoofSurface: '#59626d', WallSurface: '#8a929b', GroundSurface: '#6d7566', OuterCeilingSurface: '#77708a' },
+};
 /** A distance of so many metres has the last colour. */
 export const FAR = 0.5;
 

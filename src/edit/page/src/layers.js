@@ -3,7 +3,7 @@
 import { LABELS } from '../../../view/page/src/palette.js';
 import { decimal, whole } from '../../../view/page/src/format.js';
 import { INSIDE, OUTLINE, PLANES, many } from '../../../explain/page/src/colours.js';
-import { BEFORE, COLOURINGS, CHOSEN, FAR, GONE, MARKS, signed } from './colours.js';
+import { BEFORE, COLOURINGS, CHOSEN, FAR, GONE, MARKS, QUIET, signed } from './colours.js';
 import { distance } from './planes.js';
 
 /** The layers: their keys on the keyboard, and whether they are shown at first. */
@@ -107,7 +107,8 @@ function drawCells(picture, building, state) {
   const { cells } = building;
   const of = (cell) => {
     const share = cells.occupancy[cell] ?? 0;
-    return cells.fixed[cell] || share < state.least ? null : INSIDE(share);
+    // What is inside against its own probability is what one looks for.
+    return cells.fixed[cell] || (share < state.least && !cells.cleaned[cell]) ? null : INSIDE(share);
   };
   const tell = (cell) => [
     `cell ${cell + 1}`,
@@ -119,10 +120,11 @@ function drawCells(picture, building, state) {
 function drawResult(picture, building, state) {
   const { faces, head } = building;
   const name = (i) => head.surfaces[faces.kinds[i]];
+  const colours = state.layers.points && state.colouring !== 'class' ? QUIET[state.theme] : LABELS;
   const tell = (i) => [name(i), `${decimal(slopeOf(faces.normals, i), 1)}° from the level`];
   const options = { opacity: state.opacity, edges: 0.75, casts: true, tell };
   pickable(
-    picture.addPolygons(faces, (i) => LABELS[name(i)], options),
+    picture.addPolygons(faces, (i) => colours[name(i)], options),
     'result',
   );
 }

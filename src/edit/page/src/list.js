@@ -1,7 +1,7 @@
 // The list of buildings: filters, order, and a line for each with what it needs a person for.
 
 import { element, refill } from '../../../view/page/src/dom.js';
-import { decimal, whole } from '../../../view/page/src/format.js';
+import { counted, decimal, whole } from '../../../view/page/src/format.js';
 import { ORDERS, STATES, reasonsOf, shownRows } from './rows.js';
 
 /** So many lines at a time. */
@@ -9,12 +9,12 @@ const PAGE = 200;
 
 const about = (row) =>
   [
-    row.failure,
     ...row.why,
+    row.failure && row.why.every((why) => !why.includes(row.failure)) ? row.failure : null,
     row.why.length === 0 && row.rmse !== null ? `RMSE ${decimal(row.rmse, 2)} m` : null,
     row.edits > 0 ? `${row.edits} ${row.edits === 1 ? 'edit' : 'edits'}` : null,
   ]
-    .filter((text, i, all) => text && all.indexOf(text) === i)
+    .filter(Boolean)
     .join(' · ');
 
 export class List {
@@ -116,8 +116,8 @@ export class List {
     refill(
       nodes.count,
       this.shown.length === state.rows.length
-        ? `${whole(state.rows.length)} buildings, ${whole(needing)} of them need a person`
-        : `${whole(this.shown.length)} of ${whole(state.rows.length)} buildings`,
+        ? `${counted(state.rows.length, 'building')}, ${whole(needing)} for a person to look at`
+        : `${whole(this.shown.length)} of ${counted(state.rows.length, 'building')}`,
     );
   }
 

@@ -69,8 +69,10 @@ export class Panel {
       element('i', { class: `dot ${head.state}`, 'aria-hidden': 'true' }),
       element('span', {}, [head.state, ...why].join(' · ')),
     );
-    refill(nodes.failure, head.failure ? `Not a model in LoD 2.2: ${head.failure}` : '');
-    nodes.failure.hidden = !head.failure;
+    // Once is enough.
+    const isTold = why.some((text) => text.includes(head.failure));
+    refill(nodes.failure, head.failure && !isTold ? `Not a model in LoD 2.2: ${head.failure}` : '');
+    nodes.failure.hidden = !head.failure || isTold;
     refill(nodes.figures, figures(head), this.notes(head));
     this.showEdits(head);
   }

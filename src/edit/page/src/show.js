@@ -54,7 +54,7 @@ export function makeShow(state, { layers, colourings, legendNode, opacity, least
     refill(node, element('label', { class: 'row slider', title }, element('span', {}, name), input, output));
   };
   slider('result, opaque by', 'Less lets through what is behind', 'opacity', opacity);
-  slider('cells from', 'Cells less likely inside than this are hidden', 'least', least);
+  slider('cells from', 'Cells less likely inside than this are hidden, unless they are inside', 'least', least);
   const update = () => {
     boxes.forEach((label) => (label.firstElementChild.checked = state.layers[label.firstElementChild.dataset.layer]));
     buttons.forEach((node) => node.setAttribute('aria-checked', String(node.dataset.key === state.colouring)));
