@@ -10,6 +10,7 @@ const { launch } = require('./browser.js');
 const { draw, head, onScreen, openEditor, press, serve, settled, solved, tableOf } = require('./editing.js');
 const tool = require('./gable.js');
 const { PHONE, boxOf, text } = require('./page.js');
+const { indexed } = require('./png.js');
 
 const DATA = path.resolve(__dirname, '../../examples/data');
 const TILE = path.join(DATA, 'delft_ahn3.laz');
@@ -18,10 +19,9 @@ const house = (end) => `NL.IMBAG.Pand.05031000000${end}`;
 /** Of this house the front of the roof is missing: a row of points high over what is modelled. */
 const MISSING = house('17311');
 const FRONT = [
-  [84926.3, 447489.35, 9.1],
-  [84927.0, 447489.15, 9.1],
-  [84927.7, 447488.85, 9.1],
-  [84928.3, 447488.6, 9.1],
+  [84926.3, 447489.2, 9.1],
+  [84927.1, 447488.95, 9.1],
+  [84927.7, 447488.7, 9.1],
 ];
 /** Of this one a slope runs on over a lower roof: this place of the air is modelled. */
 const RUNS_ON = house('17310');
@@ -62,11 +62,11 @@ after(async () => {
   fs.rmSync(folder, { recursive: true, force: true });
 });
 
-/** A picture of the documentation, if they are being made. */
+/** A picture of the documentation, if they are being made: of few colours, so that it is small. */
 async function picture(page, name) {
   if (process.env.EDIT_PICTURES) {
     await settled(page);
-    await page.screenshot({ path: path.join(process.env.EDIT_PICTURES, `edit-${name}.png`) });
+    fs.writeFileSync(path.join(process.env.EDIT_PICTURES, `edit-${name}.png`), await indexed(page));
   }
 }
 
@@ -118,12 +118,14 @@ test('a part that is missing is added by a plane through its points', async () =
     await text(page, '#options'),
     /^Brush\d+ points; a plane at [\d.]+° passes them with an rms of 0\.\d+ m\./,
   );
+  await page.keyboard.press('h');
+  assert.match(await text(page, '#options'), /a plane at 0° passes them with an rms of 0\.0\d+ m\./);
   await picture(page, 'brush');
   await page.keyboard.press('Enter');
   const { edits, now, state } = await solved(page, first);
   assert.deepEqual([edits.map(({ name }) => name), state], [['add-plane'], 'edited']);
   assert.ok(now.missing < first.now.missing, `missing ${first.now.missing} → ${now.missing} m²`);
-  await assertMended(page, 4);
+  await assertMended(page, 5);
   await page.keyboard.press('f');
   await picture(page, 'added');
   assert.deepEqual(page.faults, []);
@@ -131,7 +133,7 @@ test('a part that is missing is added by a plane through its points', async () =
 });
 
 test('a slope that ran on is cut by a mark; undo brings back what was, to the last bit', async () => {
-  const page = await openEditor(browser, server, { id: RUNS_ON });
+  const page = await openEditor(browser, server, { id: RUNS_ON, scheme: 'dark' });
   const [first, untouched] = [await head(page), await drawnOf(page)];
   await page.keyboard.press('u');
   const [place] = await onScreen(page, [AIR]);
@@ -189,6 +191,162 @@ test('a floor at a wrong height is set', async () => {
   await picture(page, 'floor-set');
   await page.keyboard.press('a');
   await page.waitForFunction(() => window.gable.state.building.head.state === 'accepted');
+  assert.deepEqual(page.faults, []);
+  await page.close();
+});
+
+test('tools do what their keys say, and drop what was begun', async () => {
+  const page = await openEditor(browser, server, { id: house('17304') });
+  const first = await head(page);
+  // Every tool has its key and its button, and Esc leaves it.
+  const tools = await page.$$eval('#tools button', (all) =>
+    all.map(({ dataset, title }) => [dataset.tool, title.match(/\(([^)]+)\)$/)[1]]),
+  );
+  assert.equal(tools.length, 16);
+  const chosen = () => page.$eval('#tools [aria-checked=true]', ({ dataset }) => dataset.tool);
+  for (const [name, key] of tools.filter(([name]) => !['select', 'move', 'parallel'].includes(name))) {
+    await press(page, ...key.split('+').map((part) => (part.length === 1 ? `Key${part}` : part)));
+    assert.equal(await chosen(), name);
+    assert.match(await text(page, '#hint'), /·|Enter/);
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('Escape');
+    assert.equal(await chosen(), 'select');
+  }
+  await page.keyboard.press('?');
+  const help = await text(page, '#keys');
+  tools.forEach(([, key]) => assert.ok(help.includes(key.replace('Shift+', '⇧')), key));
+  await page.keyboard.press('Escape');
+
+  // A plane: chosen by a click, switched off, and on again.
+  await press(page, 'Shift', 'KeyL');
+  const corner = await page.evaluate(() => {
+    const { planes, state } = window.gable;
+    const canvas = document.getElementById('canvas').getBoundingClientRect();
+    for (let x = canvas.left + 60; x < canvas.right - 60; x += 12) {
+      for (let y = canvas.top + 80; y < canvas.bottom - 60; y += 12) {
+        const hit = window.gable.places.itemAt(x, y, ['plane']);
+        if (hit && state.building.planes[hit.item].by === 'scan') {
+          return [x, y];
+        }
+      }
+    }
+    return planes;
+  });
+  await page.mouse.click(...corner);
+  assert.match(await text(page, '#plane-title'), /^(roof|wall|underside) \d+$/);
+  await page.keyboard.press('x');
+  const off = await solved(page, first);
+  assert.deepEqual([off.edits.length, off.edits[0].applied, off.planes.filter(({ on }) => !on).length], [1, true, 1]);
+  assert.match(await text(page, '#plane-title'), /switched off$/);
+  await page.keyboard.press('x');
+  const on = await solved(page, off);
+  assert.deepEqual([on.now, on.planes.every((plane) => plane.on)], [first.now, true]);
+  // Moved by a number.
+  await page.keyboard.press('g');
+  await page.click('#move-by', { count: 3 });
+  await page.keyboard.type('0.2');
+  assert.match(await text(page, '#moved-told'), /rms of its points: 0\.\d+ m → 0\.2\d* m/);
+  await page.keyboard.press('Enter');
+  const moved = await solved(page, on);
+  assert.deepEqual([moved.edits.at(-1).name, moved.edits.at(-1).applied], ['move-plane', true]);
+  // All of it is taken back, and the section hides and shows.
+  await press(page, 'Control', 'Shift', 'Backspace');
+  const cleared = await solved(page, moved);
+  assert.deepEqual([cleared.edits.length, cleared.undone, cleared.now], [0, 3, first.now]);
+  await page.keyboard.press('c');
+  assert.equal(await page.evaluate(() => window.gable.picture.cuts.length), 1);
+  await page.keyboard.press('Delete');
+  assert.equal(await page.evaluate(() => window.gable.picture.cuts.length), 0);
+  assert.deepEqual(page.faults, []);
+  await page.close();
+});
+
+test('the list finds, filters and goes on; what another page changed is shown', async () => {
+  const page = await openEditor(browser, server);
+  const shown = () => page.$$eval('#list [data-id]', (all) => all.map(({ dataset }) => dataset.id));
+  const all = await shown();
+  assert.equal(all.length, 71);
+  assert.equal(await page.evaluate(() => window.gable.state.id), all[0], 'the first one is open');
+  await page.keyboard.press('j');
+  await page.waitForFunction((id) => window.gable.state.building.head.id === id, {}, all[1]);
+  await page.keyboard.press('k');
+  await page.waitForFunction((id) => window.gable.state.building.head.id === id, {}, all[0]);
+  await page.keyboard.press('/');
+  await page.keyboard.type('17310');
+  assert.deepEqual(await shown(), [RUNS_ON]);
+  await page.keyboard.press('Enter');
+  await page.waitForFunction((id) => window.gable.state.building.head.id === id, {}, RUNS_ON);
+  await page.keyboard.press('/');
+  await page.keyboard.press('Escape');
+  await page.click('#states [data-state=accepted]');
+  assert.deepEqual((await shown()).sort(), [RAISED, RUNS_ON].sort());
+  await page.click('#states [data-state=accepted]');
+  await page.select('#reason', 'missing part');
+  const missing = await page.$$eval('#list .what', (nodes) => nodes.map(({ textContent }) => textContent));
+  assert.ok(missing.length > 2 && missing.every((what) => /missing part/.test(what)), missing.join());
+  await page.select('#reason', '');
+  await page.select('#order', 'id');
+  assert.deepEqual(await shown(), [...all].sort());
+
+  // Two pages, one building: the one that comes late is told, and shows what is.
+  const other = await openEditor(browser, server, { id: RUNS_ON });
+  const first = await head(other);
+  await press(other, 'Control', 'z');
+  const undone = await solved(other, first);
+  assert.equal((await head(page)).revision, first.revision);
+  // A page behind another one draws nothing.
+  await page.bringToFront();
+  await press(page, 'Control', 'z');
+  await page.waitForFunction((revision) => window.gable.state.building.head.revision === revision, {}, undone.revision);
+  assert.match(await text(page, '#told'), /changed elsewhere/);
+  // The message stays until it is dismissed.
+  assert.equal((await page.$$('#messages .message')).length, 1);
+  await page.click('#messages .close');
+  assert.equal((await page.$$('#messages .message')).length, 0);
+  await other.bringToFront();
+  await press(other, 'Control', 'Shift', 'z');
+  await solved(other, undone);
+  await other.keyboard.press('a');
+  await other.waitForFunction(() => window.gable.state.building.head.state === 'accepted');
+  assert.deepEqual(other.faults, []);
+  assert.equal(page.faults.filter((fault) => !/409/.test(fault)).length, 0, page.faults.join());
+  // Nothing was asked but of this server.
+  const { origin } = new URL(server.address);
+  assert.deepEqual(
+    page.asked.filter((url) => !url.startsWith(origin) && !/^(data|blob):/.test(url)),
+    [],
+  );
+  await other.close();
+  await page.close();
+});
+
+test('on a phone one can look: everything is large enough for fingers', async () => {
+  const page = await openEditor(browser, server, { id: RAISED, size: PHONE });
+  const small = () =>
+    page.evaluate(() => {
+      const found = [];
+      for (const node of document.querySelectorAll('button, input, select, summary')) {
+        const { width, height } = (node.closest('label') ?? node).getBoundingClientRect();
+        if (width > 0 && height > 0 && height < 43.5) {
+          found.push(`${node.id || node.className || node.textContent}: ${width} by ${height}`);
+        }
+      }
+      return found;
+    });
+  for (const [tab, panel] of [
+    [1, '#side'],
+    [2, '#work'],
+  ]) {
+    await page.click(`#tabs button:nth-child(${tab})`);
+    assert.deepEqual(await small(), [], panel);
+    const [side, main] = [await boxOf(page, panel), await boxOf(page, 'main')];
+    assert.ok(side.top >= main.bottom - 1 && side.width === PHONE.width, JSON.stringify([side, main]));
+  }
+  // A finger turns the building and edits nothing.
+  const first = await head(page);
+  await page.click('#tools [data-tool=outside]');
+  await page.touchscreen.tap(195, 200);
+  assert.deepEqual((await head(page)).edits.length, first.edits.length);
   assert.deepEqual(page.faults, []);
   await page.close();
 });

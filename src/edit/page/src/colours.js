@@ -13,13 +13,13 @@ export const BEFORE = { light: '#6a5acd', dark: '#b3a6ff' };
 /** Faces where the colours of points tell: what is red is to be seen. */
 export const QUIET = {
   light: { RoofSurface: '#a9b0b8', WallSurface: '#d9dcdf', GroundSurface: '#b3bba8', OuterCeilingSurface: '#b9b2cc' },
-  dark: { RoofSurface: '#59626d', WallSurface: '#8a929b', GroundSurface: '#6d7566', OuterCeilingSurface: '#77708a' },
+  dark: { RoofSurface: '#707a86', WallSurface: '#9aa2ab', GroundSurface: '#7c8475', OuterCeilingSurface: '#878099' },
 };
 /** A distance of so many metres has the last colour. */
 export const FAR = 0.5;
 
 const parse = (hex) => [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16));
-const STOPS = ['#2456b8', '#5fa3dd', '#c3d3dd', '#d8d4c8', '#f0a35a', '#d4351f'].map(parse);
+const STOPS = ['#1f5fe0', '#5aa2f2', '#cfdbe3', '#dedacf', '#f5a352', '#e2381f'].map(parse);
 
 /** From inside the model through on it to outside: blue, pale, red; `share` is from -1 to 1. */
 export function signed(share) {

@@ -23,7 +23,7 @@ const HELP = [
     `${name}: ${title[0].toLowerCase()}${title.slice(1)}`,
   ]),
   ['X', 'chosen plane: off or on'],
-  ['H   V', 'chosen plane: level, vertical'],
+  ['H   V', 'chosen plane, or the one through the points that are picked: level, vertical'],
   ...LAYERS.map(({ press, name }) => [press.replace('Shift+', '⇧'), `show: ${name.toLowerCase()}`]),
   ['1 – 5', `points by ${COLOURINGS.map(({ name }) => name).join(', ')}`],
   ['6 7 8 9 0', 'straight from above, north, east, south, west'],
@@ -66,8 +66,8 @@ export function listenToKeys({
     r: () => session.decide('rejected'),
     'Shift+a': () => session.decide('open'),
     x: () => planeActions.switch(app),
-    h: () => planeActions.align(app, 'level'),
-    v: () => planeActions.align(app, 'vertical'),
+    h: () => (toolbox.tool.align ? toolbox.tool.align('level') : planeActions.align(app, 'level')),
+    v: () => (toolbox.tool.align ? toolbox.tool.align('vertical') : planeActions.align(app, 'vertical')),
     Enter: () => toolbox.tool.confirm(),
     Delete: () => toolbox.tool.erase(),
     Backspace: () => toolbox.tool.erase(),
@@ -93,6 +93,8 @@ export function listenToKeys({
   };
   ['top', 'north', 'east', 'south', 'west'].forEach((name, i) => (actions[String((6 + i) % 10)] = () => view(name)));
   TOOLS.forEach(({ key, press }) => (actions[named(press)] = () => choose(key)));
+  actions.y = () => (toolbox.tool.align ? toolbox.tool.align('parallel') : choose('parallel'));
+
   LAYERS.forEach(({ key, press }) => (actions[named(press)] = () => toggle(key)));
   COLOURINGS.forEach(({ key }, i) => (actions[String(i + 1)] = () => state.set({ colouring: key })));
   listen(actions);

@@ -8,7 +8,7 @@ import { chosenPlane } from './select.js';
 import { Tool, button, says } from './tool.js';
 
 /** The brush reaches so far, pixels, and picks what is no farther behind its first point than this, metres. */
-const [BRUSH, DEPTH] = [16, 1.5];
+const [BRUSH, DEPTH] = [16, 1];
 /** Points are left out with what lies so near to them, metres, or nearer where another point does. */
 const NEAR = 0.1;
 /** More places make a plane no better. */
@@ -145,6 +145,17 @@ export class Pick extends Tool {
         : this.lie;
   }
 
+  /** The plane through the points shall lie so, or as they lie if it was to lie so before. */
+  align(lie) {
+    if (lie === 'parallel' && !chosenPlane(this.app)) {
+      this.app.tell('Choose a plane first that it is to be parallel to: press S and click one.');
+      return;
+    }
+    this.lie = this.lie === lie ? 'free' : lie;
+    this.draw();
+    this.app.showOptions();
+  }
+
   draw(isDone = true) {
     const { picture } = this.app;
     const places = this.building ? this.places : [];
@@ -254,7 +265,12 @@ export class Pick extends Tool {
         : how;
     return [
       says(told),
-      element('label', { class: 'row' }, element('span', {}, 'lies'), select),
+      element(
+        'label',
+        { class: 'row', title: 'How the plane lies (H level, V vertical, Y parallel to the chosen one)' },
+        element('span', {}, 'lies'),
+        select,
+      ),
       element(
         'div',
         { class: 'does' },

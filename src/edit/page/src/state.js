@@ -13,7 +13,7 @@ export class State extends Store {
     // The plane of it that is chosen, or -1, and the tool.
     Object.assign(this, { plane: -1, tool: 'select' });
     this.layers = Object.fromEntries(LAYERS.map(({ key, isShown }) => [key, isShown]));
-    Object.assign(this, { colouring: 'residual', opacity: 0.75, least: 0.5, section: null });
+    Object.assign(this, { colouring: 'residual', opacity: 0.6, least: 0.5, section: null });
     this.theme = 'light';
   }
 }

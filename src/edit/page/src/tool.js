@@ -40,6 +40,8 @@ export class Tool {
   /** Delete. */
   erase() {}
 
+  // A tool that makes a plane has `align(lie)` besides, for the keys H, V and Y.
+
   /** Esc: whether there was anything to drop. */
   cancel() {
     return false;
