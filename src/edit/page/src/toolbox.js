@@ -166,6 +166,7 @@ export class Toolbox {
       this.tool.leave(!(['brush', 'lasso'].includes(this.now) && ['brush', 'lasso'].includes(key)));
     }
     this.now = key;
+    this.tell(null);
     const told = TOOLS.find((own) => own.key === key);
     this.canvas.dataset.tool = key;
     this.app.state.set({ tool: key });
