@@ -28,6 +28,8 @@ const HELP = [
   ['1 – 5', `points by ${COLOURINGS.map(({ name }) => name).join(', ')}`],
   ['6 7 8 9 0', 'straight from above, north, east, south, west'],
   ['.   O   F', 'without perspective; from above; show all'],
+  ['[ ]   { }', 'less, more of the result; of the cells'],
+  ['PgUp   PgDn', 'move the section'],
   ['arrow keys', 'move; with Shift turn'],
   ['+  −', 'nearer, farther'],
   ['D   M', 'dark or light; panel'],
@@ -58,6 +60,7 @@ export function listenToKeys({
   theme,
 }) {
   const { state, station } = app;
+  const shine = (name, by) => state.set({ [name]: Math.round(Math.min(Math.max(state[name] + by, 0), 1) * 100) / 100 });
   const actions = {
     j: () => beside(1),
     n: () => beside(1),
@@ -72,6 +75,13 @@ export function listenToKeys({
     Delete: () => toolbox.tool.erase(),
     Backspace: () => toolbox.tool.erase(),
     Escape: () => messages.dismiss() || toolbox.tool.cancel() || choose('select'),
+    'Shift+Delete': () => toolbox.tool.anew?.(),
+    PageUp: () => toolbox.tool.step?.(0.25),
+    PageDown: () => toolbox.tool.step?.(-0.25),
+    '[': () => shine('opacity', -0.1),
+    ']': () => shine('opacity', 0.1),
+    '{': () => shine('least', -0.1),
+    '}': () => shine('least', 0.1),
     f: () => station.fit(false, 550),
     o: () => station.fit(true, 550),
     d: theme.toggle,

@@ -137,6 +137,20 @@ export class Section extends Tool {
     this.app.showOptions();
   }
 
+  /** The keys H, V and Y: level, across the view, along it. */
+  align(lie) {
+    this.along({ level: 'level', vertical: 'across', parallel: 'along' }[lie]);
+  }
+
+  /** Moves the section by so many metres. */
+  step(by) {
+    const { section } = this.app.state;
+    if (section) {
+      this.set({ at: section.at + by });
+      this.app.showOptions();
+    }
+  }
+
   click(event) {
     const place = this.app.places.placeAt(this.building, event.clientX, event.clientY);
     if (!place) {
@@ -167,6 +181,14 @@ export class Section extends Tool {
       return ['the other end of the section'];
     }
     return ['click two places', 'for a section through them'];
+  }
+
+  /** Looks straight at the section. */
+  confirm() {
+    const { section } = this.app.state;
+    if (section) {
+      this.app.station.face(section.normal.map((value) => -value));
+    }
   }
 
   erase() {
@@ -211,9 +233,9 @@ export class Section extends Tool {
       element(
         'div',
         { class: 'does' },
-        button('Across', '', 'Across the view', () => this.along('across')),
-        button('Along', '', 'Along the view', () => this.along('along')),
-        button('Level', '', 'At one height', () => this.along('level')),
+        button('Across', 'V', 'Across the view', () => this.along('across')),
+        button('Along', 'Y', 'Along the view', () => this.along('along')),
+        button('Level', 'H', 'At one height', () => this.along('level')),
       ),
       slider('place', at, -reach, reach, 'at', 'section-at'),
       numberField('only a slab of', depth, 'm', (value) => this.set({ depth: Math.max(value, 0) }), {
@@ -225,7 +247,7 @@ export class Section extends Tool {
       element(
         'div',
         { class: 'does' },
-        button('Look at it', '', 'Straight at the section', () => this.app.station.face(normal.map((value) => -value))),
+        button('Look at it', 'Enter', 'Straight at the section', () => this.confirm()),
         button('Away', 'Del', 'Nothing is cut away any more', () => this.erase()),
       ),
     ];

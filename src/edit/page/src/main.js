@@ -5,11 +5,12 @@ import { byId, element, refill } from '../../../view/page/src/dom.js';
 import { showRuler } from '../../../view/page/src/ruler.js';
 import { makeTheme } from '../../../view/page/src/theme.js';
 import { api } from './api.js';
+import { CHOSEN } from './colours.js';
+import { showIntro } from './intro.js';
 import { fillKeys, listenToKeys } from './keyboard.js';
 import { drawLayers } from './layers.js';
 import { List } from './list.js';
 import { cutsOf, profileOf } from './look.js';
-import { CHOSEN } from './colours.js';
 import { Messages } from './messages.js';
 import { Panel } from './panel.js';
 import { Picture } from './picture.js';
@@ -19,7 +20,7 @@ import { makeShow } from './show.js';
 import { State } from './state.js';
 import { SIDES, Station } from './station.js';
 import { Toolbox } from './toolbox.js';
-import { showIntro } from './intro.js';
+import { placesOf } from './where.js';
 
 /** What the address asks for behind its `#`: a building and a theme. */
 function asked() {
@@ -115,7 +116,14 @@ async function start() {
       clear: byId('clear'),
       took: byId('took'),
     },
-    { state: (name) => session.decide(name), choose },
+    {
+      state: (name) => session.decide(name),
+      choose,
+      point: (action) =>
+        picture.drawPoints('edit-at', action ? placesOf(action, state.building) : [], () => CHOSEN, 10, {
+          isHidden: true,
+        }),
+    },
   );
   const toggle = makeShow(state, {
     layers: byId('layers'),

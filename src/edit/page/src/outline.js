@@ -280,7 +280,7 @@ export class Redraw extends Tool {
           disabled: !this.hasChanged,
         }),
         button('Take corner', 'Del', 'Takes the last corner away', () => this.erase()),
-        button('Draw anew', '', 'Begins with nothing', () => this.anew()),
+        button('Draw anew', '⇧Del', 'Begins with nothing', () => this.anew()),
       ),
     ];
   }

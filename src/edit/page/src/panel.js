@@ -12,7 +12,7 @@ const STATES = [
 ];
 
 export class Panel {
-  /** `act` has what the buttons do: state(name), choose(tool), undo(), redo(), clear(). */
+  /** `act` has what it asks for: state(name), choose(tool), and point(action) at where an edit is. */
   constructor(state, nodes, act) {
     Object.assign(this, { state, nodes, act });
     refill(
@@ -86,10 +86,18 @@ export class Panel {
   }
 
   showEdits({ edits, undone, took_ms: took }) {
-    const items = edits.map(({ name, text, applied, note, author }, i) =>
+    // Its line goes, and with it what it pointed at.
+    this.act.point(null);
+    const items = edits.map(({ name, text, applied, note, author, action }, i) =>
       element(
         'li',
-        { class: applied ? '' : 'unapplied', 'data-edit': name, title: author ? `by ${author}` : undefined },
+        {
+          class: applied ? '' : 'unapplied',
+          'data-edit': name,
+          title: author ? `by ${author}` : undefined,
+          onmouseenter: () => this.act.point(action),
+          onmouseleave: () => this.act.point(null),
+        },
         element('b', {}, `${i + 1} `),
         text,
         applied ? null : element('span', { class: 'bad' }, `does not apply: ${note ?? 'no reason is given'}`),

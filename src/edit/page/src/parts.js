@@ -145,13 +145,22 @@ export class Weights extends Tool {
     return element('label', { class: 'row slider', title }, element('span', {}, name), input, output);
   }
 
+  /** What the parameters are of all buildings. */
+  get reset() {
+    const { lambda, minimum_feature: feature } = this.building.head.defaults;
+    return { lambda, 'minimum-feature': feature };
+  }
+
+  erase() {
+    this.app.act({ 'set-parameters': this.reset });
+  }
+
   options() {
-    const { building } = this;
-    if (!building) {
+    if (!this.building) {
       return [];
     }
-    const { head } = building;
-    const reset = { lambda: head.defaults.lambda, 'minimum-feature': head.defaults.minimum_feature };
+    const { reset } = this;
+    const { head } = this.building;
     return [
       this.slider({
         id: 'lambda',
@@ -180,9 +189,9 @@ export class Weights extends Tool {
         { class: 'does' },
         button(
           'As in the run',
-          '',
+          'Del',
           `λ ${decimal(reset.lambda, 3)} and ${decimal(reset['minimum-feature'], 2)} m, as for all buildings`,
-          () => this.app.act({ 'set-parameters': reset }),
+          () => this.erase(),
           { disabled: head.lambda === reset.lambda && head.minimum_feature === reset['minimum-feature'] },
         ),
       ),

@@ -46,15 +46,23 @@ export function makeShow(state, { layers, colourings, legendNode, opacity, least
       step: 0.05,
       value: state[key],
       title,
-      oninput: () => {
-        refill(output, percent(input.valueAsNumber));
-        state.set({ [key]: input.valueAsNumber });
-      },
+      oninput: () => state.set({ [key]: input.valueAsNumber }),
     });
     refill(node, element('label', { class: 'row slider', title }, element('span', {}, name), input, output));
+    state.listen((changed) => {
+      if (changed.has(key)) {
+        input.value = state[key];
+        refill(output, percent(state[key]));
+      }
+    });
   };
-  slider('result, opaque by', 'Less lets through what is behind', 'opacity', opacity);
-  slider('cells from', 'Cells less likely inside than this are hidden, unless they are inside', 'least', least);
+  slider('result, opaque by', 'Less lets through what is behind ([ and ])', 'opacity', opacity);
+  slider(
+    'cells from',
+    'Cells less likely inside than this are hidden, unless they are inside ({ and })',
+    'least',
+    least,
+  );
   const update = () => {
     boxes.forEach((label) => (label.firstElementChild.checked = state.layers[label.firstElementChild.dataset.layer]));
     buttons.forEach((node) => node.setAttribute('aria-checked', String(node.dataset.key === state.colouring)));
