@@ -1,4 +1,4 @@
-// What the page asks of the server that it comes from: see src/edit/server.
+// What the page asks of the server that it comes from: see src/edit/server/routes.rs.
 
 import { unpack } from '../../../view/page/src/payload.js';
 

@@ -1,4 +1,4 @@
-// A building as the server sends it: see src/edit/server.
+// A building as the server sends it: see src/edit/payload.rs and src/edit/drawn.rs.
 
 import { Body } from '../../../explain/page/src/body.js';
 import {

@@ -119,7 +119,7 @@ export function listenToKeys({
   window.addEventListener('keydown', (event) => {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const action = withControl[`Ctrl+${event.shiftKey ? 'Shift+' : ''}${key}`];
-    const isText = event.target.closest?.('input[type=search], dialog[open]');
+    const isText = event.target.closest?.('input[type=search], input[type=number], dialog[open]');
     if ((event.ctrlKey || event.metaKey) && !event.altKey && action && !isText) {
       event.preventDefault();
       action();

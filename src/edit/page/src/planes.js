@@ -104,9 +104,10 @@ export function fitted(places, lie = null) {
     spread[2][2] = 1e9;
   }
   const [least, next] = eigenvectors(spread);
+  // How far places spread in the direction of the next: in one line they do not.
   const reach = spreadOf(places, middle, 3);
-  const along2 = [0, 1, 2].reduce((sum, i) => sum + next[i] * dot(reach[i], next), 0);
-  if (lie !== 'vertical' && along2 < 1e-4) {
+  const width = [0, 1, 2].reduce((sum, i) => sum + next[i] * dot(reach[i], next), 0);
+  if (lie !== 'vertical' && width < 1e-4) {
     return null;
   }
   return through(middle, least[2] < 0 ? least.map((value) => -value) : least);

@@ -29,6 +29,9 @@ export class Tool {
 
   click() {}
 
+  /** The pointer left the picture. */
+  out() {}
+
   /** What is said beside the pointer, [title, more]; null for nothing. */
   hover() {
     return null;

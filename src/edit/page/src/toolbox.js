@@ -273,7 +273,7 @@ export class Toolbox {
     canvas.addEventListener('pointercancel', end);
     canvas.addEventListener('pointerleave', () => {
       this.tell(null);
-      this.tool.out?.();
+      this.tool.out();
     });
   }
 }
