@@ -5,6 +5,7 @@
 # make remote       read and write objects of an S3 server of its own (installs it; says so where it cannot)
 # make pdal         the plugin for PDAL, and the same pipelines in both (says so where there is no PDAL; PDAL_DIR names one)
 # make platforms    open what gable writes in CesiumJS, GDAL and a browser (installs them)
+# make edit-page    mend buildings in the page of gable edit, in a browser (installs it), and make its pictures with PICTURES=1
 # make python       the Python package: a wheel in out/wheels, tested in an environment of its own
 # make cluster      a run in several jobs on Dask, Ray, Snakemake and others, with workers killed in the middle
 # make plots        curves of noise, smoothness and growth in docs/plots, from measurements (some minutes)
@@ -17,7 +18,7 @@ export PATH := $(CURDIR)/.tools/bin:$(HOME)/.cargo/bin:$(PATH)
 DATA := examples/data
 MODEL := out/delft.city.json
 
-.PHONY: quickstart test faults postgis remote pdal platforms python cluster loop setup lint dependencies doc bench plots picture page header release site reference
+.PHONY: quickstart test faults postgis remote pdal platforms edit-page python cluster loop setup lint dependencies doc bench plots picture page header release site reference
 
 quickstart: setup
 	cargo build --release --locked
@@ -55,6 +56,10 @@ pdal: setup
 # Says that it was skipped, and why, where what it needs cannot be installed.
 platforms: setup
 	bash scripts/test-platforms.sh
+
+# Says that it was skipped, and why, where what it needs cannot be installed. PICTURES=1 makes docs/howto/edit-*.png, too.
+edit-page: setup
+	bash scripts/test-edit.sh $(if $(PICTURES),--pictures)
 
 # Says that it was skipped, and why, where there is no Python 3.10 or no package index.
 python: setup
@@ -111,7 +116,7 @@ picture: $(MODEL)
 	sh scripts/picture-terrain.sh
 	sh scripts/picture-method.sh
 
-# The pages of gable view and gable explain from their sources, by npm: after a change in src/view/page or src/explain/page.
+# The pages of gable view, gable explain and gable edit from their sources, by npm: after a change in src/*/page.
 page:
 	sh scripts/page.sh
 

@@ -42,7 +42,8 @@ fn main() {
     let mut slow_buildings = 0;
     let mut buildings = 0;
     for site in sites.into_iter().filter(|site| site.points.len() > 10) {
-        let mut session = Session::open(site, Vec::new(), job.parameters.clone(), field.clone(), Vec::new())
+        let (parameters, field) = (job.parameters.clone(), field.clone());
+        let mut session = Session::open(site, Vec::new(), parameters, field, Vec::new(), Vec::new())
             .expect("the method does not break");
         opened.push(milliseconds(&session));
         let mut own = Vec::new();

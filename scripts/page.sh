@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes the pages of `gable view` and `gable explain` (src/*/page/dist/page.html) from their sources; with --check only says
-# whether they are stale.
+# Makes the pages of `gable view`, `gable explain` and `gable edit` (src/*/page/dist/page.html) from their sources; with --check
+# only says whether they are stale.
 # Needs node and npm: three.js and esbuild, as pinned in src/view/page/package-lock.json, go into .tools/page. With --check
 # and without node it says that it was skipped.
 set -eu

@@ -1,4 +1,4 @@
-//! Options of `gable reconstruct`, of `gable explain` and of `gable plan`, from a file and from presets.
+//! Options of `gable reconstruct`, and of those of `gable explain`, `gable plan` and `gable edit`, from a file and from presets.
 //!
 //! A configuration is TOML with the names of the options. What is given on the command line goes before it, and it before
 //! the preset; all become words of the command line, so that one grammar reads them.
@@ -54,7 +54,9 @@ impl Preset {
 }
 
 /// The commands that take a configuration: it is written for the first, and the others take of it what they have.
-const COMMANDS: [&str; 3] = ["reconstruct", "explain", "plan"];
+const COMMANDS: [&str; 4] = ["reconstruct", "explain", "plan", "edit"];
+/// The one whose tiles are an option: its name.
+const WITH_POINTS: &str = "edit";
 /// What a configuration says of the model and of one process is not meant for a page nor for a plan.
 const OF_MODEL: [&str; 3] = ["output", "overwrite", "jobs"];
 
@@ -99,7 +101,8 @@ pub(super) fn spell_out(mut words: Vec<OsString>, mut command: Command) -> Resul
     if is_given(&given, "tiles") {
         tiles.clear();
     }
-    words.splice(2..2, others.into_iter().chain(tiles.into_iter().map(OsString::from)));
+    let tile = |tile: String| if command_name == WITH_POINTS { format!("--points={tile}") } else { tile };
+    words.splice(2..2, others.into_iter().chain(tiles.into_iter().map(tile).map(OsString::from)));
     Ok(words)
 }
 

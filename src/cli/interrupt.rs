@@ -8,6 +8,9 @@ use crate::error::Error;
 
 static PRESSED: AtomicBool = AtomicBool::new(false);
 static SOMETHING_TO_SAVE: AtomicBool = AtomicBool::new(false);
+/// Whether somebody asks again and again whether it was pressed.
+#[cfg(feature = "edit")]
+static WAITING: AtomicBool = AtomicBool::new(false);
 
 /// The exit code that shells give to a program that an interrupt ended: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
@@ -29,6 +32,24 @@ pub fn listen() {
         // The system's own way of ending the process stays in force; the run itself is not concerned.
         say("warning: Ctrl-C cannot be caught here and will lose what is done");
     }
+}
+
+/// Listens for the same where everything is saved at any moment: it ends the process without a word.
+#[cfg(feature = "edit")]
+pub fn listen_quietly() {
+    let installed = ctrlc::set_handler(|| {
+        if PRESSED.swap(true, Ordering::SeqCst) || !WAITING.load(Ordering::SeqCst) {
+            std::process::exit(INTERRUPTED);
+        }
+    });
+    // Otherwise the system ends the process, which is as well.
+    drop(installed);
+}
+
+/// From now on whoever is interrupted quietly ends by itself.
+#[cfg(feature = "edit")]
+pub fn wait_quietly() {
+    WAITING.store(true, Ordering::SeqCst);
 }
 
 /// From now on a file that grows beyond the limit of the shell (`ulimit -f`) is an error of the write, which is told, and

@@ -9,6 +9,8 @@
 mod attributes;
 mod config;
 mod convert;
+#[cfg(feature = "edit")]
+mod edit;
 mod evaluate;
 mod explain;
 mod field;
@@ -28,6 +30,8 @@ mod plan;
 mod planned;
 mod progress;
 mod reading;
+#[cfg(feature = "edit")]
+mod recalled;
 mod reconstruct;
 mod shell;
 mod simulate;
@@ -39,6 +43,7 @@ mod usage;
 mod validate;
 mod version;
 mod view;
+mod written;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -76,6 +81,8 @@ Examples:
     gable merge --plan plan/ -o country.city.jsonl
   How was this building made?
     gable explain tiles/*.laz --footprints footprints.gpkg --id b17 -o b17.html
+  Mend the last buildings by hand:
+    gable edit city.city.json
 
 Exit codes:
   0  done; every footprint that holds points has a model
@@ -124,6 +131,9 @@ enum Command {
     View(view::Args),
     /// Write a page that shows how one building is made, step by step
     Explain(Box<explain::Args>),
+    /// Mend buildings by hand, in a page that is served to this machine alone
+    #[cfg(feature = "edit")]
+    Edit(Box<edit::Args>),
     /// Scan city models virtually, for training and testing
     Simulate(Box<simulate::Args>),
     /// Write what a shell needs to complete commands and options
@@ -138,7 +148,10 @@ pub fn main() -> ExitCode {
     let words = std::env::args_os();
     #[cfg(feature = "pipelines")]
     let words = pipeline::spell_out(words).into_iter();
-    let words = match config::spell_out(words.collect(), Cli::command()) {
+    let spelt = config::spell_out(words.collect(), Cli::command());
+    #[cfg(feature = "edit")]
+    let spelt = spelt.and_then(|words| recalled::spell_out(words, &Cli::command()));
+    let words = match spelt {
         Ok(words) => words,
         Err(error) => {
             output::say(&format!("error: {error}"));
@@ -164,6 +177,8 @@ pub fn main() -> ExitCode {
         Command::Merge(args) => merge::main(args),
         Command::View(args) => view::main(&args),
         Command::Explain(args) => explain::main(*args),
+        #[cfg(feature = "edit")]
+        Command::Edit(args) => edit::main(*args),
         Command::Simulate(args) => simulate::main(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),

@@ -2,18 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::attributes::AttributeArgs;
-use super::flags::Flags;
-use super::making::{MakingArgs, POINTS, RUN, ThreadArgs};
+use super::making::{MakingArgs, RUN, ThreadArgs};
 use super::output::{print, say};
 use super::planned::{self, PlannedArgs};
 use super::progress::{Progress, Verbosity};
+use super::written::{OUTPUT, WrittenArgs};
 use super::{Outcome, interrupt, summary, view};
 use crate::error::{InputError, Result};
-use crate::reconstruct::{Levels, Parameters};
-use crate::run::{Job, memory, recording_date, run, translation};
-use crate::sink::{PointCloud, is_stream};
-use crate::terrain::TerrainOptions;
+use crate::run::{Job, run};
+use crate::sink::is_stream;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -67,9 +64,6 @@ Exit codes:
   2  finished, but some buildings lack a model or some tiles could not be read
   With --plan 0 once the part is there, whatever became of its buildings, else 1";
 
-/// The heading of the options that stand here; those of the other files have theirs there.
-const OUTPUT: &str = "Output";
-
 /// What `gable reconstruct` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, mut_arg("tiles", |tiles| tiles.required_unless_present("plan")))]
@@ -88,10 +82,6 @@ pub struct Args {
     /// standard output; with {tile} or {id} in its name a file for each tile or building
     #[arg(short, long, value_name = "OUT", required_unless_present = "plan", help_heading = OUTPUT)]
     output: Option<PathBuf>,
-
-    /// Title of the model [default: the name of the file of footprints]
-    #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
-    title: Option<String>,
 
     /// Replace files that exist
     #[arg(long, help_heading = OUTPUT)]
@@ -114,34 +104,6 @@ pub struct Args {
     #[arg(long, help_heading = OUTPUT)]
     view: bool,
 
-    /// Levels of detail, parted by commas: 0 (footprint), 0.1 (what the roofs cover, at one height), 0.3 (what each roof
-    /// covers, at its height), 1.2 (blocks), 1.3 (blocks with steps), 2.2 (roofs as they are), 2.3 (roofs that hang over)
-    /// [default: 0,1.2,2.2, and 2.3 with --roofprint]
-    #[arg(long, value_name = "LEVELS", help_heading = OUTPUT)]
-    lod: Option<Levels>,
-
-    /// Write the terrain around the buildings too: a TIN of the ground points in tiles, which the buildings stand in
-    #[arg(long, help_heading = OUTPUT)]
-    terrain: bool,
-
-    /// Where the number 0 of the coordinates of a CityJSON file is, CRS units, whole multiples of --grid-scale
-    /// [default: whole units at the corner of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = translation, allow_hyphen_values = true, help_heading = OUTPUT)]
-    translation: Option<[f64; 3]>,
-
-    /// Name of the point cloud, such as AHN3; an attribute of every building
-    #[arg(long, value_name = "NAME", help_heading = POINTS)]
-    point_cloud_source: Option<String>,
-
-    /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
-    #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
-    point_cloud_date: Option<String>,
-
-    /// How many points that wait for the rest of their building may be held in memory, such as 64MB or 1GiB; the others wait
-    /// in a temporary file, and the model is the same [default: 2GiB]
-    #[arg(long, value_name = "SIZE", value_parser = memory, help_heading = RUN)]
-    memory: Option<usize>,
-
     /// Say nothing but errors
     #[arg(short, long, conflicts_with = "verbose", help_heading = RUN)]
     quiet: bool,
@@ -151,10 +113,7 @@ pub struct Args {
     verbose: bool,
 
     #[command(flatten)]
-    attributes: AttributeArgs,
-
-    #[command(flatten)]
-    terrain_options: Flags<TerrainOptions>,
+    written: WrittenArgs,
 }
 
 /// Reconstructs and says what came out.
@@ -203,31 +162,14 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     pub(super) fn into_job(self) -> Result<Job, InputError> {
-        let terrain_options = self.terrain_options.0;
-        if !self.terrain && terrain_options != TerrainOptions::default() {
-            let fault =
-                InputError::new("--terrain", "options of a terrain that nobody asked for", "--terrain with them");
-            return Err(
-                fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
-            );
-        }
-        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.has_roofprints()));
-        let job = self.making.into_job()?;
-        let parameters = Parameters { lod: levels, ..job.parameters };
+        let job = self.written.into_job(self.making)?;
         let job = Job {
             output: self.output.unwrap_or_default(),
             threads: self.threads.jobs,
             crop_only: self.crop_only,
-            title: self.title,
-            translation: self.translation,
             overwrite: self.overwrite,
             resume: self.resume,
             report: self.report,
-            memory: self.memory,
-            parameters,
-            terrain: self.terrain.then_some(terrain_options),
-            attributes: self.attributes.into(),
-            point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
             ..job
         };
         job.refuse_contradictions()?;

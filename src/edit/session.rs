@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::Figures;
 use crate::building::Building;
 use crate::edits::Edit;
 use crate::guard::guarded;
@@ -23,7 +22,7 @@ pub struct Session {
     /// The edits that were undone, the last one undone at the end.
     undone: Vec<Edit>,
     /// What the building was without any edit.
-    before: Figures,
+    before: Building,
     now: Solved,
 }
 
@@ -39,7 +38,8 @@ pub struct Solved {
 }
 
 impl Session {
-    /// Takes up a building as it was scanned, with edits from before; `notes` are those of its site.
+    /// Takes up a building as it was scanned, with edits from before, and those that were undone (the last one undone at the
+    /// end); `notes` are those of its site.
     ///
     /// # Errors
     /// The method breaks on it; the message says where.
@@ -49,15 +49,15 @@ impl Session {
         parameters: Parameters,
         field: Arc<dyn Occupancy>,
         edits: Vec<Edit>,
+        undone: Vec<Edit>,
     ) -> Result<Self, String> {
         let memory = Memory::default();
         let site = Site { edits: Vec::new(), ..site };
         let first = solve(&site, &notes, &parameters, &*field, &memory)?;
-        let before = Figures::of(&first.building);
-        let mut session = Self { site, notes, parameters, field, memory, undone: Vec::new(), before, now: first };
+        let before = first.building.clone();
+        let mut session = Self { site, notes, parameters, field, memory, undone, before, now: first };
         if !edits.is_empty() {
-            session.site.edits = edits;
-            session.now = session.solve()?;
+            session.follow(edits)?;
         }
         Ok(session)
     }
@@ -67,39 +67,49 @@ impl Session {
     /// # Errors
     /// The method breaks on it; then nothing has changed.
     pub fn edit(&mut self, edit: Edit) -> Result<&Solved, String> {
-        self.site.edits.push(edit);
-        match self.solve() {
-            Ok(solved) => {
-                self.now = solved;
-                self.undone.clear();
-                Ok(&self.now)
-            }
-            Err(why) => {
-                self.site.edits.pop();
-                Err(why)
-            }
-        }
+        let mut edits = self.site.edits.clone();
+        edits.push(edit);
+        self.follow(edits)?;
+        self.undone.clear();
+        Ok(&self.now)
     }
 
     /// Undoes the last edit; `false` where there is none.
     ///
     /// # Errors
-    /// Never in practice: the method did not break on what was before.
+    /// Never in practice: the method did not break on what was before. Then nothing has changed.
     pub fn undo(&mut self) -> Result<bool, String> {
-        let Some(last) = self.site.edits.pop() else { return Ok(false) };
+        let mut edits = self.site.edits.clone();
+        let Some(last) = edits.pop() else { return Ok(false) };
+        self.follow(edits)?;
         self.undone.push(last);
-        self.now = self.solve()?;
         Ok(true)
     }
 
     /// Does the edit again that was undone last; `false` where there is none.
     ///
     /// # Errors
-    /// Never in practice: the method did not break on it before.
+    /// Never in practice: the method did not break on it before. Then nothing has changed.
     pub fn redo(&mut self) -> Result<bool, String> {
-        let Some(next) = self.undone.pop() else { return Ok(false) };
-        self.site.edits.push(next);
-        self.now = self.solve()?;
+        let Some(next) = self.undone.last().cloned() else { return Ok(false) };
+        let mut edits = self.site.edits.clone();
+        edits.push(next);
+        self.follow(edits)?;
+        self.undone.pop();
+        Ok(true)
+    }
+
+    /// Undoes all edits; `false` where there is none. Each can be done again.
+    ///
+    /// # Errors
+    /// Never in practice: the method did not break on the building before. Then nothing has changed.
+    pub fn clear(&mut self) -> Result<bool, String> {
+        let edits = self.site.edits.clone();
+        if edits.is_empty() {
+            return Ok(false);
+        }
+        self.follow(Vec::new())?;
+        self.undone.extend(edits.into_iter().rev());
         Ok(true)
     }
 
@@ -108,9 +118,9 @@ impl Session {
         &self.site.edits
     }
 
-    /// How many edits can be done again.
-    pub fn undone(&self) -> usize {
-        self.undone.len()
+    /// The edits that were undone, the last one undone at the end.
+    pub fn undone(&self) -> &[Edit] {
+        &self.undone
     }
 
     /// What is known of the building.
@@ -123,13 +133,29 @@ impl Session {
         &self.now
     }
 
-    /// The figures of the building without any edit.
-    pub fn before(&self) -> &Figures {
+    /// The building without any edit.
+    pub fn before(&self) -> &Building {
         &self.before
     }
 
-    fn solve(&self) -> Result<Solved, String> {
-        solve(&self.site, &self.notes, &self.parameters, &*self.field, &self.memory)
+    /// The parameters of all buildings, which edits may change for this one.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Makes the building by these edits and no others.
+    fn follow(&mut self, edits: Vec<Edit>) -> Result<(), String> {
+        let before = std::mem::replace(&mut self.site.edits, edits);
+        match solve(&self.site, &self.notes, &self.parameters, &*self.field, &self.memory) {
+            Ok(solved) => {
+                self.now = solved;
+                Ok(())
+            }
+            Err(why) => {
+                self.site.edits = before;
+                Err(why)
+            }
+        }
     }
 }
 

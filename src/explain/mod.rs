@@ -4,12 +4,14 @@
 //! [`view`](crate::view) and needs no network either.
 //!
 //! - `payload` is what the page is given.
-//! - `drawn` is what of it is drawn: points, planes, cells and faces as columns of numbers.
+//! - `drawn` is what of it is drawn, as columns of numbers: points; in `cells` the cells, in `polygons` planes and faces.
 //! - `figures` are the figures and the parameters of each step.
 
+pub(crate) mod cells;
 mod drawn;
 mod figures;
 mod payload;
+pub(crate) mod polygons;
 #[cfg(test)]
 mod tests;
 

@@ -3,8 +3,10 @@
 use serde::Serialize;
 
 use super::Step;
-use super::drawn::{Drawn, PLANES, SURFACES};
+use super::cells::Cells;
+use super::drawn::Drawn;
 use super::figures::{Figure, Parameter, figures, parameters};
+use super::polygons::{Faces, PLANES, SURFACES};
 use crate::building::{Building, Outcome};
 use crate::error::Result;
 use crate::network::FieldOptions;
@@ -88,10 +90,8 @@ impl Payload {
         self.drawn.add_cloud(cloud);
         self.drawn.add_points(steps, building);
         self.drawn.add_planes(steps);
-        self.drawn.add_cells(steps);
-        if let Some(surface) = &steps.surface {
-            self.drawn.add_faces(&surface.solids);
-        }
+        self.drawn.cells = Cells::of(steps);
+        self.drawn.faces = Faces::of(steps.surface.iter().flat_map(|surface| &surface.solids));
     }
 
     /// All of it as text.
@@ -99,8 +99,7 @@ impl Payload {
     /// # Errors
     /// Never in practice: memory takes every byte.
     pub fn pack(mut self) -> Result<String> {
-        let columns = self.drawn.in_order();
-        self.head.columns = columns.iter().map(|(name, column)| (*name, column.len())).collect();
-        packed(&self.head, columns.map(|(_, column)| column))
+        self.head.columns = self.drawn.in_order().map(|(name, column)| (name, column.len())).collect();
+        packed(&self.head, self.drawn.in_order().map(|(_, column)| column))
     }
 }

@@ -12,7 +12,7 @@ use super::primitives::undersides::Tops;
 use super::primitives::{Primitive, connected};
 use super::{Failure, Parameters};
 use crate::building::Reason;
-use crate::geometry::seed_of;
+use crate::geometry::{Plane, seed_of};
 use crate::site::Site;
 
 /// An underside with a point lower than this above the ground is the floor, metres.
@@ -35,8 +35,12 @@ pub struct Detected {
     pub revised: usize,
     /// Walls that a person added.
     pub added_walls: Vec<Primitive>,
-    /// The points of planes that a person switched off, ascending: none is made of them anew.
+    /// The planes that a person switched off.
+    pub off_planes: Vec<Primitive>,
+    /// The points of these, ascending: no plane is made of them anew.
     pub off: Vec<u32>,
+    /// The planes as a person added, turned or moved them.
+    pub edited: Vec<Plane>,
     /// Standard deviation of the points across the surfaces that they sample, metres.
     pub noise: f64,
     /// What became of the edits of planes.
@@ -77,7 +81,9 @@ impl Detected {
             count,
             revised: 0,
             added_walls: Vec::new(),
+            off_planes: Vec::new(),
             off: Vec::new(),
+            edited: Vec::new(),
             noise: detection.noise,
             tally: Tally::default(),
         };

@@ -16,7 +16,7 @@ use crate::geometry::{Aabb, Plane};
 use crate::site::Site;
 
 /// Planes with more verticality than this are walls (paper, section 3.2).
-pub(super) const WALL_VERTICALITY: f64 = 0.9;
+pub const WALL_VERTICALITY: f64 = 0.9;
 /// An outline with more corners than this is too jagged for a model with all of them, whose cost grows with their square.
 pub(super) const MOST_WALLS: usize = 5_000;
 /// The box reaches so far beyond the footprint, metres: enough to have cells outside it.

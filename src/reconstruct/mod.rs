@@ -45,9 +45,9 @@ mod unmodelled;
 
 use attempt::{Attempt, first_measures};
 pub use detected::Detected;
-pub use edited::equation;
+pub use edited::{as_edited, equation};
 pub use evidence::label;
-pub use hypotheses::{Hypotheses, StrayWall};
+pub use hypotheses::{Hypotheses, StrayWall, WALL_VERTICALITY};
 pub use levels::{Level, Levels};
 pub use memory::Memory;
 pub use parameters::{OpenGround, Parameters, Partial, Partition};

@@ -150,6 +150,8 @@ mod tests {
             covered: vec![],
             revised: 0,
             added_walls: vec![],
+            off_planes: vec![],
+            edited: vec![],
             off: vec![],
             noise: 0.02,
             tally: Tally::default(),

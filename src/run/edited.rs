@@ -1,6 +1,7 @@
 //! What a person has decided about the buildings of a job.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::job::Job;
 use super::journal::Journal;
@@ -24,7 +25,14 @@ pub fn name(crs: &Crs) -> String {
 /// # Errors
 /// As [`edits::read`], or the coordinates are in another CRS.
 pub(super) fn read(job: &Job, crs: &Crs) -> Result<Edits> {
-    let Some(path) = &job.edits else { return Ok(Edits::default()) };
+    job.edits.as_deref().map_or_else(|| Ok(Edits::default()), |path| of_file(path, crs))
+}
+
+/// The edits in a file, of a model in `crs`.
+///
+/// # Errors
+/// As [`edits::read`], or the coordinates are in another CRS.
+pub fn of_file(path: &Path, crs: &Crs) -> Result<Edits> {
     let edits = edits::read(path)?;
     let own = name(crs);
     match &edits.crs {

@@ -17,6 +17,7 @@ mod choice;
 mod chosen;
 mod classes;
 mod clouds;
+mod collected;
 mod corners;
 mod crop;
 mod edited;
@@ -63,7 +64,8 @@ use journal::Journal;
 pub use checks::{MOST_THREADS, memory, recording_date, translation};
 pub use chosen::{Chosen, chosen};
 pub use clouds::{CloudSource, cloud};
-pub use edited::name as edits_crs;
+pub use collected::{Collected, collected};
+pub use edited::{name as edits_crs, of_file as edits_of_file};
 pub use feed::{Fed, Feed};
 pub use job::{FootprintSource, Job};
 pub use limit::{Limit, bounds};
@@ -88,15 +90,7 @@ pub fn run(job: &Job, observer: &dyn Observer) -> Result<Report> {
 /// # Errors
 /// As [`run`], as far as it concerns tiles and footprints.
 pub fn sites(job: &Job, observer: &dyn Observer) -> Result<Vec<Site>> {
-    let journal = Journal::new(observer);
-    let pool = job.pool()?;
-    let mut plan = plan::plan(job, &pool, &journal)?;
-    let tasks = prepare::collect(&mut plan, &pool, &journal)?;
-    let site = |task| match task {
-        buildings::Task::Reconstruct { site, .. } => Some(*site),
-        buildings::Task::Keep(_) => None,
-    };
-    Ok(tasks.into_iter().filter_map(site).collect())
+    Ok(collected(job, observer)?.buildings.into_iter().map(|(site, _)| site).collect())
 }
 
 /// Does a job and hands the buildings to a sink of the caller, which `open` opens once it is known what is to come. Where

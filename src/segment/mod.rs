@@ -52,6 +52,8 @@ use geo::MultiPolygon;
 use harvest::Roles;
 use nalgebra::Point3;
 use neighbourhood::Place;
+#[cfg(feature = "edit")]
+pub(crate) use neighbourhood::as_collected;
 pub(crate) use neighbourhood::frame_of;
 use rayon::prelude::*;
 pub use sweep::{Part, Sweep};

@@ -40,6 +40,12 @@ pub(super) fn to_local(frame: &Frame, position: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|axis| snap(position[axis] - frame.origin[axis]) * frame.metres_per_unit[axis])
 }
 
+/// Where a point of a tile is in local metres, to the bits that it has among the points of a site.
+#[cfg(feature = "edit")]
+pub(crate) fn as_collected(frame: &Frame, position: [f64; 3]) -> nalgebra::Point3<f64> {
+    to_local(frame, position.map(snap)).into()
+}
+
 /// A polygon in local metres.
 pub(super) fn polygon_to_local(frame: &Frame, polygon: &MultiPolygon<f64>) -> MultiPolygon<f64> {
     polygon.map_coords(|c| {

@@ -65,9 +65,29 @@ impl Column {
 /// # Errors
 /// Never in practice: memory takes every byte.
 pub(crate) fn packed<'a>(head: &impl Serialize, columns: impl IntoIterator<Item = &'a Column>) -> Result<String> {
+    packed_by(Compression::new(7), head, columns)
+}
+
+/// The same with less effort, for what is read once, on the same machine.
+///
+/// # Errors
+/// As [`packed`].
+#[cfg(feature = "edit")]
+pub(crate) fn packed_quickly<'a>(
+    head: &impl Serialize,
+    columns: impl IntoIterator<Item = &'a Column>,
+) -> Result<String> {
+    packed_by(Compression::fast(), head, columns)
+}
+
+fn packed_by<'a>(
+    compression: Compression,
+    head: &impl Serialize,
+    columns: impl IntoIterator<Item = &'a Column>,
+) -> Result<String> {
     let fault = |e| Error::io("the page", "pack", e);
     let head = serde_json::to_vec(head).map_err(|e| fault(e.into()))?;
-    let mut deflated = DeflateEncoder::new(Vec::new(), Compression::new(7));
+    let mut deflated = DeflateEncoder::new(Vec::new(), compression);
     let pack = |out: &mut DeflateEncoder<Vec<u8>>| -> std::io::Result<()> {
         out.write_all(&(head.len() as u32).to_le_bytes())?;
         out.write_all(&head)?;

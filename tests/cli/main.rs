@@ -18,6 +18,7 @@ mod crop;
 mod crossings;
 mod damage;
 mod damaged_times;
+mod edit;
 mod edited;
 mod errors;
 mod evaluate;

@@ -12,6 +12,7 @@ mod outline;
 mod planes;
 mod site;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Unit, Vector3};
@@ -19,6 +20,7 @@ use nalgebra::{Point3, Unit, Vector3};
 pub(super) use outline::parts;
 pub(super) use site::{of_site, parameters};
 
+use super::Parameters;
 use super::complex::REACH;
 use crate::building::{EditTally, RefusedEdit};
 use crate::edits::{Edit, Place};
@@ -92,6 +94,12 @@ fn plane(frame: &Frame, [a, b, c, d]: [f64; 4]) -> Result<Plane, String> {
     // Numbers that are too large have no length.
     let is_near = plane.offset.abs() <= REACH && length.is_finite();
     is_near.then_some(plane).ok_or_else(|| format!("the plane lies more than {REACH} m from the building"))
+}
+
+/// A site as its edits make it, without the points that are none of it and in its own footprint, and the parameters that it
+/// is made by: what the method starts from.
+pub fn as_edited<'a>(site: &'a Site, of_all: &'a Parameters) -> (Cow<'a, Site>, Cow<'a, Parameters>) {
+    (of_site(site, &mut Tally::default()), parameters(site, of_all))
 }
 
 /// The equation in the CRS of a plane of the local frame: what `plane` takes.

@@ -41,6 +41,8 @@ struct Known {
     part: Part,
     is_on: bool,
     is_added: bool,
+    /// Whether it was added, turned or moved.
+    is_edited: bool,
 }
 
 impl Detected {
@@ -63,7 +65,7 @@ impl Detected {
     }
 
     fn take(&mut self) -> Vec<Known> {
-        let known = |part| move |primitive| Known { primitive, part, is_on: true, is_added: false };
+        let known = |part| move |primitive| Known { primitive, part, is_on: true, is_added: false, is_edited: false };
         let roofs = std::mem::take(&mut self.roofs).into_iter().map(known(Part::Roof));
         let undersides = std::mem::take(&mut self.undersides).into_iter().map(known(Part::Underside));
         let covered = std::mem::take(&mut self.covered);
@@ -81,7 +83,14 @@ impl Detected {
         self.off.sort_unstable();
         self.off.dedup();
         let mut added = Vec::new();
-        for Known { primitive, part, is_added, .. } in planes.into_iter().filter(|plane| plane.is_on) {
+        for Known { primitive, part, is_on, is_added, is_edited } in planes {
+            if is_edited {
+                self.edited.push(primitive.plane);
+            }
+            if !is_on {
+                self.off_planes.push(primitive);
+                continue;
+            }
             match part {
                 Part::Roof if is_added => added.push(primitive),
                 Part::Roof => self.roofs.push(primitive),
@@ -183,6 +192,7 @@ fn turn(known: &mut Known, to: Plane, points: &[Point3<f64>]) -> Result<(), Stri
     let inliers = known.primitive.inliers.clone();
     let turned = Primitive::on_plane(to, points, inliers);
     known.primitive = turned.ok_or_else(|| "its points are on one line of the plane as it would be".to_owned())?;
+    known.is_edited = true;
     let stands = known.primitive.plane.verticality() > WALL_VERTICALITY;
     known.part = match (known.part, stands) {
         (Part::Roof | Part::Underside, true) => {
@@ -223,7 +233,7 @@ fn added(site: &Site, places: &[Place], lie: Option<Lie>, unseen: bool, noise: f
         }
     };
     let part = if stands { Part::Wall { covered: false } } else { Part::Roof };
-    Ok(Known { primitive, part, is_on: true, is_added: true })
+    Ok(Known { primitive, part, is_on: true, is_added: true, is_edited: true })
 }
 
 /// Whether the projection of a point is in a convex polygon on a plane, counter-clockwise seen from the side of the normal, or

@@ -104,6 +104,17 @@ impl Block {
         sound.map(move |r| named(self.decode(r)))
     }
 
+    /// The same with the intensity of each, of which it must have been streamed; 0 where the file has none.
+    pub fn points_with_intensity(&self) -> impl Iterator<Item = (ScanPoint, u16)> + '_ {
+        let of_las = matches!(self.records, Records::Las { .. });
+        // Bytes 12 and 13 of all formats.
+        let intensity = move |record: &[u8]| match record.get(12..14) {
+            Some(&[low, high]) if of_las => u16::from_le_bytes([low, high]),
+            _ => 0,
+        };
+        self.points().zip(self.records().map(intensity))
+    }
+
     /// The records, without those with absurd coordinates, as they stand in the file.
     pub fn records(&self) -> impl Iterator<Item = &[u8]> + '_ {
         self.bytes.chunks_exact(self.record_len).filter(|r| self.is_plausible(r))

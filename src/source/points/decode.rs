@@ -15,6 +15,8 @@ use std::io::{self, BufReader, Seek, SeekFrom};
 pub(super) enum Fields {
     /// Those of a [`super::ScanPoint`].
     Scan,
+    /// The same and the intensity.
+    ScanAndIntensity,
     /// All.
     All,
 }
@@ -69,10 +71,11 @@ impl Decoder {
                 records.reset();
                 records.set_fields_from(&self.items).map_err(|e| e.to_string())?;
                 // Layers that are not wanted are passed over, which saves half the time.
+                let of_scan =
+                    DecompressionSelection::base().decompress_z().decompress_classification().decompress_flags();
                 let selection = match self.fields {
-                    Fields::Scan => {
-                        DecompressionSelection::base().decompress_z().decompress_classification().decompress_flags()
-                    }
+                    Fields::Scan => of_scan,
+                    Fields::ScanAndIntensity => of_scan.decompress_intensity(),
                     Fields::All => DecompressionSelection::all().skip_gps_time(),
                 };
                 records.set_selection(selection);

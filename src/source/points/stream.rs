@@ -67,6 +67,17 @@ impl Tile {
         })
     }
 
+    /// The same with the intensities, for [`Block::points_with_intensity`].
+    ///
+    /// # Errors
+    /// As [`Self::stream`].
+    pub fn stream_with_intensity(&self, region: Option<&Region>, visit: &mut dyn FnMut(&Block)) -> Result<Reading> {
+        self.stream_fields(Fields::ScanAndIntensity, region, &mut |block| {
+            visit(block);
+            ControlFlow::Continue(())
+        })
+    }
+
     /// The same with all fields of the records decoded, for [`Block::records`], until `visit` says to stop; what was not
     /// read then is not missing.
     ///

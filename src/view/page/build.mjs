@@ -1,5 +1,5 @@
-// Makes the pages without a model, dist/page.html of `gable view` and of `gable explain`, from their sources. `--check` only says
-// whether they are stale. Run by scripts/page.sh, which brings three.js and esbuild along.
+// Makes the pages without a model, dist/page.html of `gable view`, `gable explain` and `gable edit`, from their sources.
+// `--check` only says whether they are stale. Run by scripts/page.sh, which brings three.js and esbuild along.
 
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync, mkdirSync, writeFileSync } from 'node:fs';
@@ -14,10 +14,14 @@ const require = createRequire(join(packages, 'package.json'));
 const { build, transform } = require('esbuild');
 const read = (name) => readFileSync(join(root, name), 'utf8');
 
-/** The pages: the folder of each, and the folders of others whose modules and style it shares. */
+/**
+ * The pages: the folder of each, the folders of others whose modules and style it shares, and whether it asks the server that it
+ * comes from.
+ */
 const PAGES = [
   { folder: 'src/view/page', shares: [] },
   { folder: 'src/explain/page', shares: ['src/view/page'] },
+  { folder: 'src/edit/page', shares: ['src/view/page', 'src/explain/page'], asks: true },
 ];
 
 const three = readFileSync(join(packages, 'node_modules/three/LICENSE'), 'utf8')
@@ -37,7 +41,7 @@ function sourcesOf({ folder, shares }) {
   return [...common, ...shares.flatMap(of), `${folder}/index.html`, ...of(folder)];
 }
 
-/** FNV-1a over the sources: tests of gable find a stale page without node (src/view/tests.rs, src/explain/tests.rs). */
+/** FNV-1a over the sources: tests of gable find a stale page without node (tests::named in src/view/page.rs). */
 const hashOf = (sources) =>
   sources.reduce(
     (sum, name) =>
@@ -49,7 +53,7 @@ const hashOf = (sources) =>
   );
 
 async function make(page) {
-  const { folder, shares } = page;
+  const { folder, shares, asks } = page;
   const bundle = await build({
     absWorkingDir: join(root, folder),
     entryPoints: ['src/main.js'],
@@ -70,9 +74,9 @@ async function make(page) {
   const styles = [...shares, folder].map((place) => read(`${place}/style.css`)).join('\n');
   const style = (await transform(styles, { loader: 'css', minify: true })).code.trim();
 
-  // The browser runs this script and no other, and asks nothing of any network.
+  // The browser runs this script and no other, and asks nothing of any network: at most of the server of the page.
   const digest = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
-  const policy = `default-src 'none'; script-src ${digest(script)}; style-src ${digest(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'`;
+  const policy = `default-src 'none'; script-src ${digest(script)}; style-src ${digest(style)}; img-src data: blob:;${asks ? " connect-src 'self';" : ''} base-uri 'none'; form-action 'none'`;
   const hash = hashOf(sourcesOf(page)).toString(16).padStart(16, '0');
   const licences = `<!--\nMade by gable, MIT or Apache-2.0. With three.js:\n${three.join('\n')}\nsources ${hash}\n-->`;
   const html = `${read(`${folder}/index.html`)

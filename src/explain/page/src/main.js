@@ -6,6 +6,7 @@ import { byId, element, refill } from '../../../view/page/src/dom.js';
 import { fillHelp, listen } from '../../../view/page/src/keys.js';
 import { unpack } from '../../../view/page/src/payload.js';
 import { showRuler } from '../../../view/page/src/ruler.js';
+import { Store } from '../../../view/page/src/store.js';
 import { makeTheme } from '../../../view/page/src/theme.js';
 import { Building } from './building.js';
 import { Picture } from './picture.js';
@@ -26,24 +27,12 @@ const HELP = [
 ];
 
 /** What is shown: the step, its choices, the theme. */
-class State {
+class State extends Store {
   constructor() {
+    super();
     this.step = STEPS[0];
     this.choices = Object.fromEntries(Object.entries(CHOICES).map(([name, { initial }]) => [name, initial]));
     this.theme = 'light';
-    this.listeners = [];
-  }
-
-  listen(act) {
-    this.listeners.push(act);
-  }
-
-  set(changes) {
-    const changed = Object.keys(changes).filter((name) => this[name] !== changes[name]);
-    Object.assign(this, changes);
-    if (changed.length > 0) {
-      this.listeners.forEach((act) => act(new Set(changed)));
-    }
   }
 }
 

@@ -18,7 +18,7 @@ import { Stage, pointMaterial } from '../../../view/page/src/stage.js';
 import { explode, solidOf } from './cells.js';
 
 /** Colours of items as a buffer: `owner` is the item of each entry. */
-function coloursOf(owner, of) {
+export function coloursOf(owner, of) {
   const known = new Map();
   const all = new Uint16Array(owner.length * 3);
   owner.forEach((item, i) => {
@@ -74,6 +74,7 @@ export class Picture extends Stage {
     this.layers.push(layer);
     this.castAnew();
     this.invalidate();
+    return layer;
   }
 
   /** Points: `of(i)` is their colour, or null for those that are not shown; `size` is in pixels. */
@@ -87,8 +88,9 @@ export class Picture extends Stage {
     const points = new Points(geometry, pointMaterial());
     points.material.userData.size = size;
     this.pointMaterials.push(points.material);
-    this.add({ objects: [points] });
+    const layer = this.add({ objects: [points] });
     this.resize(this.width, this.height);
+    return layer;
   }
 
   resize(width, height) {
@@ -117,13 +119,14 @@ export class Picture extends Stage {
     geometry.setIndex(new BufferAttribute(index, 1));
     const mesh = this.mesh(geometry, opacity, casts);
     const owners = kept.map((t) => polygons.owner[t]);
-    mesh.userData.tell = tell && ((triangle) => tell(owners[triangle]));
+    mesh.userData.item = (triangle) => owners[triangle];
+    mesh.userData.tell = tell;
     const lines = this.lines(
       position,
       polygons.edges.filter((_, i) => isShown[polygons.edgeOwner[i >> 1]]),
       edges,
     );
-    this.add({ objects: [mesh, lines], lines });
+    return this.add({ objects: [mesh, lines], lines });
   }
 
   mesh(geometry, opacity, casts) {
@@ -150,7 +153,7 @@ export class Picture extends Stage {
     const lines = wideLines(2.5);
     place(lines, outline.positions, outline.edges);
     lines.material.color.set(colour);
-    this.add({ objects: [lines] });
+    return this.add({ objects: [lines] });
   }
 
   /** Cells: `of(cell)` is their colour, or null for those that are not shown; `apart` moves them from each other. */
@@ -164,11 +167,13 @@ export class Picture extends Stage {
     geometry.setAttribute('color', coloursOf(solid.owner, of));
     geometry.setIndex(new BufferAttribute(solid.triangles, 1));
     const mesh = this.mesh(geometry, opacity, opacity === 1);
-    mesh.userData.tell = tell && ((triangle) => tell(solid.owner[solid.triangles[triangle * 3]]));
+    mesh.userData.item = (triangle) => solid.owner[solid.triangles[triangle * 3]];
+    mesh.userData.tell = tell;
     const lines = this.lines(position, solid.edges, edges);
     const layer = { objects: [mesh, lines], lines, solid, position, low };
     this.add(layer);
     this.moveApart(apart);
+    return layer;
   }
 
   /** Moves the cells apart: 0 leaves them where they are, 1 doubles their distances. */
@@ -182,14 +187,19 @@ export class Picture extends Stage {
     this.invalidate();
   }
 
-  /** What is said of what lies under a place of the window; null where nothing is. */
-  at(clientX, clientY) {
+  /** What of `meshes` lies under a place of the window, the nearest first. */
+  under(clientX, clientY, meshes) {
     const box = this.renderer.domElement.getBoundingClientRect();
     const place = new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2);
     this.camera.updateMatrixWorld();
     this.raycaster.setFromCamera(place, this.camera);
+    return this.raycaster.intersectObjects(meshes, false);
+  }
+
+  /** What is said of what lies under a place of the window; null where nothing is. */
+  at(clientX, clientY) {
     const meshes = this.layers.flatMap(({ objects }) => objects.filter(({ userData }) => userData.tell));
-    const [hit] = this.raycaster.intersectObjects(meshes, false);
-    return hit ? hit.object.userData.tell(hit.faceIndex) : null;
+    const [hit] = this.under(clientX, clientY, meshes);
+    return hit ? hit.object.userData.tell(hit.object.userData.item(hit.faceIndex)) : null;
   }
 }

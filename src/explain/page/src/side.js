@@ -24,7 +24,8 @@ export function showStep(node, building, state, choose) {
   );
 }
 
-function legend(found) {
+/** The legend of colours: entries, or a ramp. */
+export function legend(found) {
   if (!Array.isArray(found)) {
     const stops = Array.from({ length: STOPS }, (_, i) =>
       element('i', { style: { background: found.ramp(i / (STOPS - 1)) } }),

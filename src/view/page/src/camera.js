@@ -27,20 +27,27 @@ export class Camera {
     });
     this.controls.addEventListener('start', () => this.leave());
     view.beforeFrame.push((now) => this.beforeFrame(now));
-    // Terrain reaches farther than what one looks for.
-    const shaped = view.model.features.flatMap((feature, f) => (feature.hasShape ? [f] : []));
-    this.buildings = shaped.filter((f) => view.model.features[f].isBuilding);
-    this.buildings = this.buildings.length > 0 ? this.buildings : shaped;
-    this.whole = boxOf(
-      view.model,
-      view.model.features.map((_, f) => f),
-    );
-    this.controls.maxDistance = this.radius(this.whole) * 12;
+    this.measure();
     this.controls.minDistance = 0.5;
     view.camera.position.set(10, -10, 10);
     // By how many pixels the picture is moved to the left, and shall be: what a flight goes to is not behind the panel.
     [this.shift, this.wantedShift] = [0, 0];
     this.isCalm = window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+  }
+
+  /** Takes in what there is to look at: again after the view got another model. */
+  measure() {
+    const { model } = this.view;
+    // Terrain reaches farther than what one looks for.
+    const shaped = model.features.flatMap((feature, f) => (feature.hasShape ? [f] : []));
+    this.buildings = shaped.filter((f) => model.features[f].isBuilding);
+    this.buildings = this.buildings.length > 0 ? this.buildings : shaped;
+    this.whole = boxOf(
+      model,
+      model.features.map((_, f) => f),
+    );
+    this.controls.maxDistance = this.radius(this.whole) * 12;
+    this.cast = null;
   }
 
   radius(box) {

@@ -8,7 +8,8 @@ export function decimal(number, digits = 3) {
   if (!Number.isFinite(number)) {
     return '–';
   }
-  const text = number.toFixed(digits).replace(/\.?0+$/, '');
+  // Those of a whole number are no decimals.
+  const text = digits > 0 ? number.toFixed(digits).replace(/\.?0+$/, '') : number.toFixed(0);
   return text === '-0' ? '0' : text.replace('-', '−');
 }
 

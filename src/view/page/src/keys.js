@@ -52,7 +52,8 @@ export function listen(actions) {
       return;
     }
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const action = actions[event.shiftKey && key.startsWith('Arrow') ? `Shift+${key}` : key];
+    const withShift = `Shift+${key}`;
+    const action = actions[event.shiftKey && (withShift in actions || key.startsWith('Arrow')) ? withShift : key];
     if (action) {
       event.preventDefault();
       action();

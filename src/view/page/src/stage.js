@@ -64,7 +64,6 @@ export function pointMaterial() {
 /** `model` has `features` with their `boxes`, six numbers each: what the camera looks at and the ground lies under. */
 export class Stage {
   constructor(canvas, model) {
-    this.model = model;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
@@ -77,11 +76,25 @@ export class Stage {
     this.pointMaterials = [];
     this.pointSize = 2.2;
     this.makeLights();
+    this.setModel(model);
+    this.frames = { count: 0, milliseconds: 0 };
+  }
+
+  /** From now on this model is looked at; the ground is laid under it. */
+  setModel(model) {
+    this.model = model;
+    if (this.ground) {
+      this.scene.remove(this.ground.mesh);
+      this.ground.mesh.geometry.dispose();
+      this.ground.material.dispose();
+    }
     this.ground = groundMesh(model);
     if (this.ground) {
       this.scene.add(this.ground.mesh);
     }
-    this.frames = { count: 0, milliseconds: 0 };
+    if (this.theme) {
+      this.ground?.setTheme(this.theme);
+    }
   }
 
   makeLights() {

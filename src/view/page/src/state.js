@@ -1,7 +1,10 @@
-// What the page shows at the moment, and who wants to know when that changes.
+// What the page shows at the moment.
 
-export class State {
+import { Store } from './store.js';
+
+export class State extends Store {
   constructor() {
+    super();
     // Level of detail: a rank of Model.lods, or -1 for the best of each object.
     this.lod = -1;
     this.colouring = null;
@@ -14,22 +17,12 @@ export class State {
     this.theme = 'light';
     this.arePointsShown = false;
     this.pointColouring = 'class';
-    this.listeners = [];
-  }
-
-  /** Calls `act(changed)` after every change; `changed` has the names of what did. */
-  listen(act) {
-    this.listeners.push(act);
   }
 
   set(changes) {
     // Another colouring has a scale of its own.
-    const all = 'colouring' in changes && changes.colouring !== this.colouring ? { range: null, ...changes } : changes;
-    const changed = Object.keys(all).filter((name) => this[name] !== all[name]);
-    Object.assign(this, all);
-    if (changed.length > 0) {
-      this.listeners.forEach((act) => act(new Set(changed)));
-    }
+    const isOther = 'colouring' in changes && changes.colouring !== this.colouring;
+    super.set(isOther ? { range: null, ...changes } : changes);
   }
 
   /** Whether a feature passes the filter. */
