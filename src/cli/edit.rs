@@ -37,8 +37,8 @@ The page:
   Its list begins with the buildings that need a person most. Each edit is followed at once by the
   method, so that what comes out is valid, and is written to edits.json beside the model (--edits
   names another file): a restart goes on from there. Ctrl-C ends it.
-  It holds the points of all buildings in memory: of a large city edit a part, by --box,
-  --limit-area or --filter.
+  It holds the points of all buildings in memory. Of a large city edit a part: --box, --filter
+  and --limit-area choose it.
 
 Exit codes:
   0  ended, or the model is written

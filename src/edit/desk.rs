@@ -12,7 +12,7 @@ use super::book::{Book, Unwritten};
 use super::drawn::{Scanned, extent};
 use super::need::Condition;
 use super::payload::{payload, refused};
-use super::roll::{Row, conditions, some};
+use super::roll::{Roll, Row, conditions, some};
 use super::sessions::{Sessions, Slot};
 use super::{Figures, Session};
 use crate::edits::{Action, Edit, Edited, Edits, State};
@@ -91,37 +91,6 @@ pub struct Exported {
     pub warnings: Vec<String>,
 }
 
-/// The list of buildings.
-#[derive(Debug, Serialize)]
-struct Roll<'a> {
-    name: &'a str,
-    gable: &'static str,
-    crs: &'a str,
-    units: Units,
-    author: Option<&'a str>,
-    edits_file: String,
-    export_file: String,
-    notes: &'a [String],
-    counts: Counts,
-    buildings: Vec<Row>,
-}
-
-/// Metres per unit of the CRS, in the plan and upwards.
-#[derive(Debug, Serialize)]
-struct Units {
-    plan: f64,
-    height: f64,
-}
-
-/// How many buildings are in each state.
-#[derive(Debug, Default, Serialize)]
-struct Counts {
-    open: usize,
-    accepted: usize,
-    edited: usize,
-    rejected: usize,
-}
-
 impl Desk {
     /// Reads the model, the tiles and footprints of the job that made it, and the file of edits.
     ///
@@ -194,28 +163,16 @@ impl Desk {
     /// # Errors
     /// Never in practice.
     pub fn list(&self) -> Result<String, Refusal> {
-        let mut rows = self.rows();
-        rows.sort_by(|a, b| b.urgency.total_cmp(&a.urgency).then_with(|| a.id.cmp(&b.id)));
-        let mut counts = Counts::default();
-        for row in &rows {
-            *match row.state {
-                State::Open => &mut counts.open,
-                State::Accepted => &mut counts.accepted,
-                State::Edited => &mut counts.edited,
-                State::Rejected => &mut counts.rejected,
-            } += 1;
-        }
         json(&Roll {
             name: &self.name,
             gable: env!("CARGO_PKG_VERSION"),
             crs: &self.crs,
-            units: Units { plan: self.metres_per_unit[0], height: self.metres_per_unit[2] },
+            units: self.metres_per_unit.into(),
             author: self.author.as_deref(),
             edits_file: whole(lock(&self.book).path()),
             export_file: whole(&self.export),
             notes: &self.notes,
-            counts,
-            buildings: rows,
+            buildings: self.rows().into(),
         })
     }
 

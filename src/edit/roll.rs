@@ -19,6 +19,68 @@ const ABSENT: f64 = 10.0;
 /// So many ids are named where there are more.
 const NAMED: usize = 3;
 
+/// The list of buildings, as the page is given it.
+#[derive(Debug, Serialize)]
+pub(super) struct Roll<'a> {
+    /// The file of the model.
+    pub name: &'a str,
+    pub gable: &'static str,
+    pub crs: &'a str,
+    pub units: Units,
+    /// Who edits.
+    pub author: Option<&'a str>,
+    pub edits_file: String,
+    pub export_file: String,
+    pub notes: &'a [String],
+    #[serde(flatten)]
+    pub buildings: Buildings,
+}
+
+/// Metres per unit of the CRS, in the plan and upwards.
+#[derive(Debug, Serialize)]
+pub(super) struct Units {
+    plan: f64,
+    height: f64,
+}
+
+impl From<[f64; 3]> for Units {
+    fn from([plan, _, height]: [f64; 3]) -> Self {
+        Self { plan, height }
+    }
+}
+
+/// All rows, the most urgent first.
+#[derive(Debug, Serialize)]
+pub(super) struct Buildings {
+    counts: Counts,
+    buildings: Vec<Row>,
+}
+
+/// How many buildings are in each state.
+#[derive(Debug, Default, Serialize)]
+struct Counts {
+    open: usize,
+    accepted: usize,
+    edited: usize,
+    rejected: usize,
+}
+
+impl From<Vec<Row>> for Buildings {
+    fn from(mut rows: Vec<Row>) -> Self {
+        rows.sort_by(|a, b| b.urgency.total_cmp(&a.urgency).then_with(|| a.id.cmp(&b.id)));
+        let mut counts = Counts::default();
+        for row in &rows {
+            *match row.state {
+                State::Open => &mut counts.open,
+                State::Accepted => &mut counts.accepted,
+                State::Edited => &mut counts.edited,
+                State::Rejected => &mut counts.rejected,
+            } += 1;
+        }
+        Self { counts, buildings: rows }
+    }
+}
+
 /// A building in the list.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Row {

@@ -197,3 +197,18 @@ async fn body(request: Request<Incoming>) -> Early<Bytes> {
 fn said<T: DeserializeOwned>(body: &[u8]) -> Early<T> {
     serde_json::from_slice(body).map_err(|fault| early(error(StatusCode::BAD_REQUEST, &fault.to_string())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::page::tests::named;
+
+    #[test]
+    fn the_page_is_made_from_its_sources() {
+        let sources = named("src/edit/page", &["src/view/page", "src/explain/page"]);
+        assert!(TEMPLATE.contains(&sources), "the page is stale: run `make page`");
+        for place in ["<!--gable:name-->", "<!--gable:payload-->"] {
+            assert_eq!(TEMPLATE.matches(place).count(), 1, "{place}");
+        }
+    }
+}
