@@ -32,7 +32,7 @@ pub struct Collected {
 pub fn collected(job: &Job, observer: &dyn Observer) -> Result<Collected> {
     let journal = Journal::new(observer);
     let pool = job.pool()?;
-    let mut plan = plan(job, &journal)?;
+    let mut plan = plan(job, &pool, &journal)?;
     let tasks = collect(&mut plan, &pool, &journal)?;
     let mut buildings = Vec::with_capacity(tasks.len());
     let mut rejected = Vec::new();
