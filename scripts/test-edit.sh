@@ -7,4 +7,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ "${1:-}" == --pictures ]]; then
     export EDIT_PICTURES=$PWD/docs/howto
 fi
-exec bash scripts/test-platforms.sh tests/platforms/edit.test.js
+exec bash scripts/test-platforms.sh tests/platforms/edit.test.js tests/platforms/edit.use.test.js

@@ -3,9 +3,34 @@
 'use strict';
 
 const { spawn } = require('node:child_process');
+const fs = require('node:fs');
+const path = require('node:path');
+const tool = require('./gable.js');
+
+const DATA = path.resolve(__dirname, '../../examples/data');
+
+/** A house of the quick start by the end of its id. */
+const house = (end) => `NL.IMBAG.Pand.05031000000${end}`;
+
+/** Of this house the attribute of the footprints with the floors is 3 m wrong; that is its floor. */
+const RAISED = { id: house('17303'), floor: -0.01 };
 
 /** How long a building may take to be solved here, which is no promise: that is measured elsewhere. */
 const PATIENCE = 60_000;
+
+/** The city model of the bundled corner of Delft in a folder, and what it was made from, as options. */
+function modelIn(folder) {
+  const footprints = JSON.parse(fs.readFileSync(path.join(DATA, 'footprints.geojson'), 'utf8'));
+  footprints.features.forEach(({ properties }) => {
+    properties.floor = properties.id === RAISED.id ? RAISED.floor + 3 : null;
+  });
+  const layer = path.join(folder, 'footprints.geojson');
+  fs.writeFileSync(layer, JSON.stringify(footprints));
+  const made = [path.join(DATA, 'delft_ahn3.laz'), '-f', layer, '--ground-attribute', 'floor'];
+  const model = path.join(folder, 'delft.city.json');
+  tool.gable('reconstruct', ...made, '-o', model, '--quiet');
+  return { model, made };
+}
 
 /** Starts `gable edit` with these arguments; gives its address, and how to end it. */
 async function serve(...args) {
@@ -127,4 +152,18 @@ async function draw(page, places) {
   await page.mouse.up();
 }
 
-module.exports = { PATIENCE, draw, head, onScreen, openEditor, press, serve, settled, solved, tableOf };
+module.exports = {
+  PATIENCE,
+  RAISED,
+  draw,
+  head,
+  house,
+  modelIn,
+  onScreen,
+  openEditor,
+  press,
+  serve,
+  settled,
+  solved,
+  tableOf,
+};

@@ -95,8 +95,7 @@ export class Picture extends Stage {
 
   resize(width, height) {
     super.resize(width, height);
-    const ratio = this.renderer.getPixelRatio();
-    this.pointMaterials.forEach((material) => (material.size = (material.userData.size ?? this.pointSize) * ratio));
+    this.pointMaterials.forEach((material) => (material.size = material.userData.size ?? this.pointSize));
   }
 
   /**

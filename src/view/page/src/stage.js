@@ -72,7 +72,7 @@ export class Stage {
     this.camera = new PerspectiveCamera(36, 1, 0.1, 1000);
     this.camera.up.set(0, 0, 1);
     this.beforeFrame = [];
-    // What is drawn in pixels is so many times as large on a screen of fine pixels.
+    // Of a screen of fine pixels three.js takes as many more for each point.
     this.pointMaterials = [];
     this.pointSize = 2.2;
     this.makeLights();
@@ -126,7 +126,7 @@ export class Stage {
     this.width = width;
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
-    this.pointMaterials.forEach((material) => (material.size = this.pointSize * ratio));
+    this.pointMaterials.forEach((material) => (material.size = this.pointSize));
     this.height = height;
     this.invalidate();
   }
