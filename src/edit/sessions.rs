@@ -81,6 +81,7 @@ mod tests {
         assert!(sessions.closed.contains_key("a") && !sessions.closed.contains_key("held"));
         assert!(Arc::ptr_eq(&held, &sessions.of("held")));
         let again = sessions.of("a");
-        assert_eq!((lock(&again).revision, &lock(&again).undone), (7, &undone));
+        let again = lock(&again);
+        assert_eq!((again.revision, &again.undone), (7, &undone));
     }
 }
