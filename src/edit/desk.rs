@@ -163,13 +163,15 @@ impl Desk {
     /// # Errors
     /// Never in practice.
     pub fn list(&self) -> Result<String, Refusal> {
+        // On its own: the rows ask the book as well.
+        let edits_file = whole(lock(&self.book).path());
         json(&Roll {
             name: &self.name,
             gable: env!("CARGO_PKG_VERSION"),
             crs: &self.crs,
             units: self.metres_per_unit.into(),
             author: self.author.as_deref(),
-            edits_file: whole(lock(&self.book).path()),
+            edits_file,
             export_file: whole(&self.export),
             notes: &self.notes,
             buildings: self.rows().into(),
