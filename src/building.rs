@@ -66,6 +66,16 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// The highest level of detail that was reached, overhangs aside; `None` for what has no geometry at all.
+    pub fn lod(&self) -> Option<&'static str> {
+        match self {
+            Self::Lod22 | Self::Partial { .. } => Some("2.2"),
+            Self::Lod12 { .. } => Some("1.2"),
+            Self::FootprintOnly { .. } => Some("0"),
+            Self::Rejected { .. } => None,
+        }
+    }
+
     /// The reason, unless LoD 2.2 of the whole building was reached.
     pub fn reason(&self) -> Option<(Reason, &str)> {
         match self {

@@ -246,6 +246,15 @@ pub enum Region {
     },
 }
 
+/// So many ids are named where there are more.
+const NAMED: usize = 3;
+
+/// Some ids of buildings, for a person.
+pub(crate) fn some(ids: &[String]) -> String {
+    let named = ids.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
+    if ids.len() > NAMED { format!("{named} and {} more", ids.len() - NAMED) } else { named }
+}
+
 /// The JSON Schema of [`Edits`], as text with a line end: what `schemas/edits.schema.json` holds.
 pub fn schema() -> String {
     let schema = schemars::generate::SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Edits>();

@@ -1,12 +1,13 @@
 //! The unit of work: all that is known of one building.
 
-use geo::MultiPolygon;
 use geo::orient::{Direction, Orient};
+use geo::{BoundingRect, MultiPolygon};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::edits::Edit;
+use crate::geometry::Aabb;
 use crate::record::Record;
 
 /// The step of the output grid in units of the CRS (metres or feet): coordinates are written as multiples of it.
@@ -149,6 +150,13 @@ pub struct Eaves {
 }
 
 impl Site {
+    /// Smallest and largest x and y, local metres: of its footprint, else of its points; `None` where it has neither.
+    pub fn extent(&self) -> Option<[[f64; 2]; 2]> {
+        let rect = self.footprint.as_ref().and_then(BoundingRect::bounding_rect);
+        let of_points = || Aabb::of(&self.points).map(|b| [[b.min[0], b.min[1]], [b.max[0], b.max[1]]]);
+        rect.map(|rect| [rect.min(), rect.max()].map(|corner| [corner.x, corner.y])).or_else(of_points)
+    }
+
     /// A single object without a footprint: its points in local metres, sorted here and without those that are repeated,
     /// on ground of a known height in the local frame. Only its fields say more.
     pub fn new(id: impl Into<String>, frame: Frame, mut points: Vec<Point3<f64>>, ground: f64) -> Self {

@@ -3,16 +3,14 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use super::attributes::AttributeArgs;
-use super::making::{MakingArgs, POINTS};
+use super::making::MakingArgs;
 use super::output::{counted, print, thousands};
 use super::progress::{Progress, Verbosity};
+use super::written::{ModelArgs, OUTPUT};
 use super::{Outcome, interrupt};
 use crate::error::InputError;
-use crate::reconstruct::{Levels, Parameters};
+use crate::run::Job;
 use crate::run::jobs::{self, JobPlan, PlanFolder, Split};
-use crate::run::{Job, recording_date, translation};
-use crate::sink::PointCloud;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,9 +33,6 @@ The plan:
 Exit codes:
   0  the plan is written
   1  it is not, or bad usage";
-
-/// The heading of the options that stand here.
-const OUTPUT: &str = "Output";
 
 /// What `gable plan` takes.
 #[derive(Debug, clap::Args)]
@@ -62,33 +57,12 @@ pub struct Args {
     #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
 
-    /// Title of the model [default: the name of the file of footprints]
-    #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
-    title: Option<String>,
-
-    /// Levels of detail, parted by commas, as in `gable reconstruct` [default: 0,1.2,2.2, and 2.3 with --roofprint]
-    #[arg(long, value_name = "LEVELS", help_heading = OUTPUT)]
-    lod: Option<Levels>,
-
-    /// Where the number 0 of the coordinates of a CityJSON file is, CRS units, whole multiples of --grid-scale
-    /// [default: whole units at the corner of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = translation, allow_hyphen_values = true, help_heading = OUTPUT)]
-    translation: Option<[f64; 3]>,
-
-    /// Name of the point cloud, such as AHN3; an attribute of every building
-    #[arg(long, value_name = "NAME", help_heading = POINTS)]
-    point_cloud_source: Option<String>,
-
-    /// When the point cloud was recorded, such as 2014 or 2014-03-04; an attribute of every building
-    #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
-    point_cloud_date: Option<String>,
+    #[command(flatten)]
+    model: ModelArgs,
 
     /// Say nothing but errors
     #[arg(short, long)]
     quiet: bool,
-
-    #[command(flatten)]
-    attributes: AttributeArgs,
 }
 
 /// Makes the plan and says what is in it.
@@ -120,16 +94,7 @@ impl Args {
     /// # Errors
     /// A CRS that is none, or options that contradict each other.
     fn into_job(self) -> Result<Job, InputError> {
-        let levels = self.lod.unwrap_or_else(|| Levels::usual(self.making.has_roofprints()));
-        let job = self.making.into_job()?;
-        let job = Job {
-            title: self.title,
-            translation: self.translation,
-            parameters: Parameters { lod: levels, ..job.parameters },
-            attributes: self.attributes.into(),
-            point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
-            ..job
-        };
+        let job = self.model.into_job(self.making)?;
         job.refuse_contradictions()?;
         Ok(job)
     }

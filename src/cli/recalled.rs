@@ -58,7 +58,8 @@ pub(super) fn spell_out(mut words: Vec<OsString>, command: &Command) -> Result<V
     }
     let run = config::spell_out(run, command.clone())?;
     let Ok(run) = of_run.clone().try_get_matches_from(&run[2..]) else { return Ok(words) };
-    let recalled = own.get_arguments().filter(|argument| is_meant(argument, &given) && is_given(&run, argument));
+    let recalled =
+        own.get_arguments().filter(|argument| is_meant(argument, &given) && is_given(&run, argument.get_id().as_str()));
     let recalled: Vec<OsString> = recalled.flat_map(|argument| said(argument, &run)).collect();
     words.splice(2..2, recalled);
     Ok(words)
@@ -71,22 +72,19 @@ fn command_of(report: &Path) -> Option<Vec<OsString>> {
     words.iter().map(|word| word.as_str().map(OsString::from)).collect()
 }
 
-fn is_given(matches: &ArgMatches, argument: &Arg) -> bool {
-    let id = argument.get_id().as_str();
+fn is_given(matches: &ArgMatches, id: &str) -> bool {
     matches.ids().any(|known| known == id) && matches.value_source(id) == Some(ValueSource::CommandLine)
 }
 
 /// Whether an option of the run holds here: it is not given, nor anything that it would contradict.
 fn is_meant(argument: &Arg, given: &ArgMatches) -> bool {
     let id = argument.get_id().as_str();
-    let is_given =
-        |id: &str| given.ids().any(|known| known == id) && given.value_source(id) == Some(ValueSource::CommandLine);
     let contradicts = match id {
-        "no_footprint" => is_given("footprints"),
-        id if OF_FOOTPRINTS.contains(&id) => is_given("no_footprint"),
+        "no_footprint" => is_given(given, "footprints"),
+        id if OF_FOOTPRINTS.contains(&id) => is_given(given, "no_footprint"),
         _ => false,
     };
-    !OF_RUN.contains(&id) && argument.get_long().is_some() && !is_given(id) && !contradicts
+    !OF_RUN.contains(&id) && argument.get_long().is_some() && !is_given(given, id) && !contradicts
 }
 
 /// What the run said of an option, as words.

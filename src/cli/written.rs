@@ -1,5 +1,5 @@
-//! What is written of the buildings: the options that `gable reconstruct` and `gable edit` share, beside those that the
-//! buildings are [made](super::making) by.
+//! What is written of the buildings: the options that `gable reconstruct`, `gable edit` and `gable plan` share, beside those
+//! that the buildings are [made](super::making) by.
 
 use super::attributes::AttributeArgs;
 use super::flags::Flags;
@@ -13,9 +13,9 @@ use crate::terrain::TerrainOptions;
 /// The heading of the options of the output; those of the other files have theirs there.
 pub(super) const OUTPUT: &str = "Output";
 
-/// What is written of the buildings.
+/// What the model is to be, however it comes about.
 #[derive(Debug, clap::Args)]
-pub struct WrittenArgs {
+pub struct ModelArgs {
     /// Title of the model [default: the name of the file of footprints]
     #[arg(long, value_name = "TEXT", help_heading = OUTPUT)]
     title: Option<String>,
@@ -25,10 +25,6 @@ pub struct WrittenArgs {
     /// [default: 0,1.2,2.2, and 2.3 with --roofprint]
     #[arg(long, value_name = "LEVELS", help_heading = OUTPUT)]
     lod: Option<Levels>,
-
-    /// Write the terrain around the buildings too: a TIN of the ground points in tiles, which the buildings stand in
-    #[arg(long, help_heading = OUTPUT)]
-    terrain: bool,
 
     /// Where the number 0 of the coordinates of a CityJSON file is, CRS units, whole multiples of --grid-scale
     /// [default: whole units at the corner of the model]
@@ -43,13 +39,43 @@ pub struct WrittenArgs {
     #[arg(long, value_name = "DATE", value_parser = recording_date, help_heading = POINTS)]
     point_cloud_date: Option<String>,
 
+    #[command(flatten)]
+    attributes: AttributeArgs,
+}
+
+impl ModelArgs {
+    /// The job of making buildings so for this model.
+    ///
+    /// # Errors
+    /// A CRS that is none, or options that contradict each other.
+    pub(super) fn into_job(self, making: MakingArgs) -> Result<Job, InputError> {
+        let levels = self.lod.unwrap_or_else(|| Levels::usual(making.has_roofprints()));
+        let job = making.into_job()?;
+        Ok(Job {
+            title: self.title,
+            translation: self.translation,
+            parameters: Parameters { lod: levels, ..job.parameters },
+            attributes: self.attributes.into(),
+            point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
+            ..job
+        })
+    }
+}
+
+/// What a run writes, all of it on one machine.
+#[derive(Debug, clap::Args)]
+pub struct WrittenArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+
+    /// Write the terrain around the buildings too: a TIN of the ground points in tiles, which the buildings stand in
+    #[arg(long, help_heading = OUTPUT)]
+    terrain: bool,
+
     /// How many points that wait for the rest of their building may be held in memory, such as 64MB or 1GiB; the others wait
     /// in a temporary file, and the model is the same [default: 2GiB]
     #[arg(long, value_name = "SIZE", value_parser = memory, help_heading = RUN)]
     memory: Option<usize>,
-
-    #[command(flatten)]
-    attributes: AttributeArgs,
 
     #[command(flatten)]
     terrain_options: Flags<TerrainOptions>,
@@ -69,18 +95,7 @@ impl WrittenArgs {
                 fault.remedy("Give --terrain as well, or leave --terrain-error, --terrain-tile and --terrain-gap out")
             );
         }
-        let levels = self.lod.unwrap_or_else(|| Levels::usual(making.has_roofprints()));
-        let job = making.into_job()?;
-        let parameters = Parameters { lod: levels, ..job.parameters };
-        Ok(Job {
-            title: self.title,
-            translation: self.translation,
-            memory: self.memory,
-            parameters,
-            terrain: self.terrain.then_some(terrain_options),
-            attributes: self.attributes.into(),
-            point_cloud: PointCloud { source: self.point_cloud_source, date: self.point_cloud_date },
-            ..job
-        })
+        let job = self.model.into_job(making)?;
+        Ok(Job { memory: self.memory, terrain: self.terrain.then_some(terrain_options), ..job })
     }
 }

@@ -11,7 +11,6 @@ use crate::building::Building;
 use crate::evaluate::{Residuals, Shape};
 use crate::explain::cells::Cells;
 use crate::explain::polygons::{Faces, at_height, push_cutting, push_hulls, push_polygon};
-use crate::geometry::Aabb;
 use crate::reconstruct::Steps;
 use crate::segment::as_collected;
 use crate::site::Site;
@@ -182,13 +181,9 @@ fn faces(building: &Building) -> Faces {
 
 /// Smallest and largest x and y of a building, in the CRS; `None` where it has neither a footprint nor points.
 pub(super) fn extent(site: &Site) -> Option<[[f64; 2]; 2]> {
-    use geo::BoundingRect;
-    let rect = site.footprint.as_ref().and_then(BoundingRect::bounding_rect);
-    let of_footprint = rect.map(|rect| [rect.min(), rect.max()].map(|c| Point3::new(c.x, c.y, 0.0)));
-    let of_points = || Aabb::of(&site.points).map(|b| [b.min, b.max].map(Point3::from));
-    let corners = of_footprint.or_else(of_points)?;
-    Some(corners.map(|corner| {
-        let [x, y, _] = site.frame.to_crs(&corner);
+    let in_crs = |[x, y]: [f64; 2]| {
+        let [x, y, _] = site.frame.to_crs(&Point3::new(x, y, 0.0));
         [x, y]
-    }))
+    };
+    site.extent().map(|corners| corners.map(in_crs))
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::building::{Building, Outcome};
+use crate::building::Building;
 
 /// The figures of a model. Lengths are metres, areas square metres, volumes cubic metres.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,12 +37,7 @@ impl Figures {
         let Building { measures, frame, model, outcome, .. } = building;
         let floor = |height: f64| frame.origin[2] + height / frame.metres_per_unit[2];
         Self {
-            lod: match outcome {
-                Outcome::Lod22 | Outcome::Partial { .. } => "2.2",
-                Outcome::Lod12 { .. } => "1.2",
-                Outcome::FootprintOnly { .. } => "0",
-                Outcome::Rejected { .. } => "",
-            },
+            lod: outcome.lod().unwrap_or_default(),
             failure: outcome.reason().map(|(_, detail)| detail.to_owned()),
             solids: model.lod22().count(),
             faces: model.lod22().map(|solid| solid.faces.len()).sum(),

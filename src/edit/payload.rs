@@ -1,6 +1,6 @@
 //! What the page is given of one building: a head in JSON and columns of numbers, packed as those of [`view`](crate::view).
 
-use geo::MultiPolygon;
+use geo::{Coord, MapCoords, MultiPolygon};
 use nalgebra::Point3;
 use serde::Serialize;
 
@@ -9,12 +9,13 @@ use super::planes::{Addressed, Told};
 use super::roll::Row;
 use super::words::words;
 use super::{Figures, Session};
-use crate::building::{Building, Outcome};
-use crate::edits::{Action, PlanPlace, State};
+use crate::building::Building;
+use crate::edits::{Action, State};
 use crate::error::Result;
 use crate::explain::polygons::{PLANES, SURFACES};
 use crate::reconstruct::{Parameters, as_edited};
 use crate::site::Frame;
+use crate::source::footprints::{Rings, rings};
 use crate::view::packed::{STEPS_PER_METRE, packed_quickly};
 
 /// What the page is told in JSON.
@@ -47,8 +48,8 @@ struct Head<'a> {
     minimum_feature: f64,
     /// Those of all buildings.
     defaults: Defaults,
-    footprint: Vec<Vec<Vec<PlanPlace>>>,
-    footprint_before: Vec<Vec<Vec<PlanPlace>>>,
+    footprint: Rings,
+    footprint_before: Rings,
     planes: Vec<Told>,
     plane_kinds: [&'static str; PLANES.len()],
     surfaces: [&'static str; SURFACES.len()],
@@ -101,15 +102,15 @@ pub(super) fn payload(session: &Session, scanned: &Scanned, (revision, row, crs)
         edits: done(session),
         undone: session.undone().len(),
         before: Figures::of(session.before()),
-        valid: matches!(building.outcome, Outcome::Lod22 | Outcome::Partial { .. }),
+        valid: figures.lod == "2.2",
         failure: building.outcome.reason().map(|(_, detail)| detail),
         notes: &building.notes,
         floor: figures.floor.unwrap_or(origin[2] + edited.ground.height / metres_per_unit[2]),
         lambda: parameters.labelling.lambda,
         minimum_feature: parameters.surface.minimum_feature,
         defaults: Defaults { lambda: of_all.labelling.lambda, minimum_feature: of_all.surface.minimum_feature },
-        footprint: rings(&site.frame, edited.footprint.as_ref()),
-        footprint_before: rings(&site.frame, site.footprint.as_ref()),
+        footprint: in_crs(&site.frame, edited.footprint.as_ref()),
+        footprint_before: in_crs(&site.frame, site.footprint.as_ref()),
         planes: addressed.iter().map(|plane| plane.told(&site.frame)).collect(),
         plane_kinds: PLANES,
         surfaces: SURFACES,
@@ -141,14 +142,10 @@ pub(super) fn refused(building: &Building) -> usize {
 }
 
 /// The polygons of a footprint in the CRS, as edits take them.
-fn rings(frame: &Frame, footprint: Option<&MultiPolygon<f64>>) -> Vec<Vec<Vec<PlanPlace>>> {
-    let place = |c: &geo::Coord<f64>| {
+fn in_crs(frame: &Frame, footprint: Option<&MultiPolygon<f64>>) -> Rings {
+    let place = |c: Coord<f64>| {
         let [x, y, _] = frame.to_crs(&Point3::new(c.x, c.y, 0.0));
-        [x, y]
+        Coord { x, y }
     };
-    let polygon = |polygon: &geo::Polygon<f64>| {
-        let rings = std::iter::once(polygon.exterior()).chain(polygon.interiors());
-        rings.map(|ring| ring.coords().map(place).collect()).collect()
-    };
-    footprint.into_iter().flatten().map(polygon).collect()
+    footprint.map(|footprint| rings(&footprint.map_coords(place))).unwrap_or_default()
 }

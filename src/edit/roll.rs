@@ -16,8 +16,6 @@ use crate::source::open::refuse_pipe;
 
 /// How urgent a building is that the model lacks.
 const ABSENT: f64 = 10.0;
-/// So many ids are named where there are more.
-const NAMED: usize = 3;
 
 /// The list of buildings, as the page is given it.
 #[derive(Debug, Serialize)]
@@ -162,10 +160,4 @@ pub(super) fn conditions(model: &Path) -> Result<HashMap<String, Condition>> {
 fn faces(group: &[&CityObject]) -> usize {
     let geometries = group.iter().flat_map(|object| &object.geometries).filter(|geometry| geometry.lod == "2.2");
     geometries.flat_map(|geometry| &geometry.shells).map(|shell| shell.faces.len()).sum()
-}
-
-/// Some ids, for a person.
-pub(super) fn some(ids: &[String]) -> String {
-    let named = ids.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
-    if ids.len() > NAMED { format!("{named} and {} more", ids.len() - NAMED) } else { named }
 }

@@ -1,13 +1,11 @@
 //! What the page draws, as columns of numbers: places in steps of the page, each as its difference from the one before.
 
-use geo::BoundingRect;
 use nalgebra::Point3;
 
 use super::cells::Cells;
 use super::polygons::{Faces, at_height, push_cutting, push_hulls, push_polygon};
 use crate::building::Building;
 use crate::evaluate::{NearestFace, Shape};
-use crate::geometry::Aabb;
 use crate::reconstruct::primitives::Primitive;
 use crate::reconstruct::{Detected, Steps};
 use crate::site::Site;
@@ -114,11 +112,7 @@ fn refined(detected: &Detected) -> impl Iterator<Item = &Primitive> {
 
 /// Smallest and largest x and y of what is shown of a building, local metres.
 pub(super) fn extent(steps: &Steps, site: &Site) -> [[f64; 2]; 2] {
-    let site = steps.site.as_ref().unwrap_or(site);
-    let rect = site.footprint.as_ref().and_then(BoundingRect::bounding_rect);
-    let of_points = || Aabb::of(&site.points).map(|b| [[b.min[0], b.min[1]], [b.max[0], b.max[1]]]);
-    let of_footprint = rect.map(|rect| [rect.min(), rect.max()].map(|corner| [corner.x, corner.y]));
-    of_footprint.or_else(of_points).unwrap_or_default()
+    steps.site.as_ref().unwrap_or(site).extent().unwrap_or_default()
 }
 
 /// Per point the primitive that it is on, plus 1; 0 for none.

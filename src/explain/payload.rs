@@ -7,7 +7,7 @@ use super::cells::Cells;
 use super::drawn::Drawn;
 use super::figures::{Figure, Parameter, figures, parameters};
 use super::polygons::{Faces, PLANES, SURFACES};
-use crate::building::{Building, Outcome};
+use crate::building::Building;
 use crate::error::Result;
 use crate::network::FieldOptions;
 use crate::reconstruct::Steps;
@@ -69,12 +69,7 @@ impl Payload {
             origin: frame.origin,
             metres_per_unit: frame.metres_per_unit,
             steps_per_metre: STEPS_PER_METRE,
-            lod: match building.outcome {
-                Outcome::Lod22 | Outcome::Partial { .. } => "2.2",
-                Outcome::Lod12 { .. } => "1.2",
-                Outcome::FootprintOnly { .. } => "0",
-                Outcome::Rejected { .. } => "",
-            },
+            lod: building.outcome.lod().unwrap_or_default(),
             failure: building.outcome.reason().map(|(_, detail)| detail.to_owned()),
             notes,
             steps: Step::ALL.map(step).into(),

@@ -5,15 +5,12 @@ use std::path::Path;
 
 use super::job::Job;
 use super::journal::Journal;
-use crate::edits::{Edits, State};
+use crate::edits::{Edits, State, some};
 use crate::error::{InputError, Result};
 use crate::report::BuildingReport;
 use crate::site::Site;
 use crate::source::crs::Crs;
 use crate::source::edits;
-
-/// So many ids are named in a warning.
-const NAMED: usize = 3;
 
 /// What a CRS is called in a file of edits: by its code, if it has one.
 pub fn name(crs: &Crs) -> String {
@@ -67,10 +64,6 @@ pub(super) fn tell<'a>(edits: &Edits, ids: impl Iterator<Item = &'a str>, journa
     for id in ids {
         waiting.extend(left.remove(id).filter(|edited| edited.state != State::Accepted).map(|_| id.to_owned()));
     }
-    let some = |ids: &[String]| {
-        let named = ids.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
-        if ids.len() > NAMED { format!("{named} and {} more", ids.len() - NAMED) } else { named }
-    };
     if !waiting.is_empty() {
         journal.warn(&format!(
             "the edits of {} building(s) are not accepted and were left out: {}",

@@ -166,9 +166,10 @@ fn read(path: &Path, crs: &Crs, journal: &Journal<'_>) -> Result<Vec<MultiPolygo
 
 #[cfg(test)]
 mod tests {
+    use geo::{Rect, coord};
+
     use super::*;
     use crate::source::footprints::Attributes;
-    use geo::{Rect, coord};
 
     fn footprint(x: f64, y: f64) -> Footprint {
         let square = Rect::new(coord! { x: x - 1.0, y: y - 1.0 }, coord! { x: x + 1.0, y: y + 1.0 });

@@ -72,13 +72,9 @@ pub const ATTRIBUTES: &[Attribute] = &[
         |s| Some((s.building.outcome == Outcome::Lod22).into()),
     ),
     row("gable_lod", "", "highest level of detail that was reached: 2.3, 2.2, 1.2 or 0", |s| {
-        Some(match s.building.outcome {
-            Outcome::Lod22 | Outcome::Partial { .. } if s.building.model.lod23().next().is_some() => "2.3".into(),
-            Outcome::Lod22 | Outcome::Partial { .. } => "2.2".into(),
-            Outcome::Lod12 { .. } => "1.2".into(),
-            Outcome::FootprintOnly { .. } => "0".into(),
-            Outcome::Rejected { .. } => return None,
-        })
+        let lod = s.building.outcome.lod()?;
+        let hangs_over = lod == "2.2" && s.building.model.lod23().next().is_some();
+        Some(if hangs_over { "2.3" } else { lod }.into())
     }),
     row("gable_fallback_reason", "", "why LoD 2.2 of the whole building was not reached, as a keyword", |s| {
         s.building.outcome.reason().and_then(|(reason, _)| keyword(reason))

@@ -127,13 +127,14 @@ fn vote(
             let t = refined.direction().dot(&edge.coords);
             refined.distance(edge).abs() > tolerance || t < refined.span[0] - margin || t > refined.span[1] + margin
         };
+        for (is_left, edge) in is_left.iter_mut().zip(&all) {
+            *is_left = *is_left && stays(edge);
+        }
         let before = edges.len();
-        edges.retain(stays);
+        edges.clear();
+        edges.extend(all.iter().zip(&is_left).filter(|(_, is_left)| **is_left).map(|(edge, _)| *edge));
         if edges.len() == before {
             break;
-        }
-        for (is_left, edge) in is_left.iter_mut().zip(&all) {
-            *is_left &= stays(edge);
         }
         found.push(refined);
     }
@@ -190,24 +191,20 @@ impl View {
             while last < projected.len() && projected[last].0 <= centre + tolerance {
                 last += 1;
             }
-            let Some((&from, &to)) = self.order[first..last].first().zip(self.order[first..last].last()) else {
-                continue;
-            };
-            let known = self.known.get(&[from, to]).filter(|(count, _)| *count == last - first);
-            let span = known.map_or_else(
-                || {
-                    stretch.clear();
-                    stretch.extend(projected[first..last].iter().map(|p| p.1));
-                    stretch.sort_unstable_by(f64::total_cmp);
-                    let runs = stretch.chunk_by(|a, b| b - a <= 2.0 * pixel + 0.3);
-                    let spans = runs.filter_map(|run| Some([*run.first()?, *run.last()?]));
-                    // The first of those that are as long.
-                    let longest = spans.reduce(|a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a });
-                    longest.unwrap_or_default()
-                },
-                |(_, span)| *span,
-            );
-            self.known.insert([from, to], (last - first, span));
+            let window = &self.order[first..last];
+            let (Some(&from), Some(&to)) = (window.first(), window.last()) else { continue };
+            let known = self.known.entry([from, to]).or_default();
+            if known.0 != last - first {
+                stretch.clear();
+                stretch.extend(projected[first..last].iter().map(|p| p.1));
+                stretch.sort_unstable_by(f64::total_cmp);
+                let runs = stretch.chunk_by(|a, b| b - a <= 2.0 * pixel + 0.3);
+                let spans = runs.filter_map(|run| Some([*run.first()?, *run.last()?]));
+                // The first of those that are as long.
+                let longest = spans.reduce(|a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a });
+                *known = (last - first, longest.unwrap_or_default());
+            }
+            let span = known.1;
             if best.is_none_or(|b| span[1] - span[0] > b.length()) {
                 best = Some(Trace { normal, offset: centre, span, kind: PrimitiveKind::HeightJump });
             }

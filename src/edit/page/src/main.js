@@ -1,7 +1,7 @@
 // The page of editing: the list of buildings, one of them in 3D, and the tools to mend it.
 
 import { showCompass } from '../../../view/page/src/compass.js';
-import { byId, element, refill } from '../../../view/page/src/dom.js';
+import { byId, element, refill, showFailure } from '../../../view/page/src/dom.js';
 import { showRuler } from '../../../view/page/src/ruler.js';
 import { makeTheme } from '../../../view/page/src/theme.js';
 import { api } from './api.js';
@@ -286,16 +286,4 @@ async function start() {
   document.documentElement.dataset.ready = 'true';
 }
 
-start().catch((error) => {
-  const node = byId('loading');
-  node.hidden = false;
-  node.classList.add('failed');
-  const isGraphics = /webgl/i.test(String(error));
-  refill(
-    node,
-    isGraphics
-      ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.'
-      : `The model cannot be shown: ${error.message}`,
-  );
-  console.error(error);
-});
+start().catch((error) => showFailure(error, 'model'));

@@ -2,7 +2,7 @@
 
 import { Camera } from '../../../view/page/src/camera.js';
 import { showCompass } from '../../../view/page/src/compass.js';
-import { byId, element, refill } from '../../../view/page/src/dom.js';
+import { byId, element, refill, showFailure } from '../../../view/page/src/dom.js';
 import { fillHelp, listen } from '../../../view/page/src/keys.js';
 import { unpack } from '../../../view/page/src/payload.js';
 import { showRuler } from '../../../view/page/src/ruler.js';
@@ -254,16 +254,4 @@ async function start() {
   });
 }
 
-start().catch((error) => {
-  const node = byId('loading');
-  node.hidden = false;
-  node.classList.add('failed');
-  const isGraphics = /webgl/i.test(String(error));
-  refill(
-    node,
-    isGraphics
-      ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.'
-      : `The building cannot be shown: ${error.message}`,
-  );
-  console.error(error);
-});
+start().catch((error) => showFailure(error, 'building'));

@@ -35,6 +35,21 @@ function assign(node, properties) {
 /** The element of this id, which the page has. */
 export const byId = (id) => document.getElementById(id);
 
+/** Says in the place of the page why there is none of `what`. */
+export function showFailure(error, what) {
+  const node = byId('loading');
+  node.hidden = false;
+  node.classList.add('failed');
+  const isGraphics = /webgl/i.test(String(error));
+  refill(
+    node,
+    isGraphics
+      ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.'
+      : `The ${what} cannot be shown: ${error.message}`,
+  );
+  console.error(error);
+}
+
 /** Puts other children into an element. */
 export function refill(node, ...children) {
   node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));

@@ -6,7 +6,7 @@ import { rangeOf, valueOf, valueText } from './colouring.js';
 import { colourings } from './colourings.js';
 import { showCompass } from './compass.js';
 import { makeColourings, makeLods, makePoints, pointColours } from './controls.js';
-import { byId, element, refill } from './dom.js';
+import { byId, element, refill, showFailure } from './dom.js';
 import { FaultList } from './faults.js';
 import { fillHelp, listen } from './keys.js';
 import { showLegend } from './legend.js';
@@ -273,16 +273,4 @@ async function start() {
   });
 }
 
-start().catch((error) => {
-  const node = byId('loading');
-  node.hidden = false;
-  node.classList.add('failed');
-  const isGraphics = /webgl/i.test(String(error));
-  refill(
-    node,
-    isGraphics
-      ? 'This browser cannot draw in 3D: WebGL 2 is switched off or not there.'
-      : `The model cannot be shown: ${error.message}`,
-  );
-  console.error(error);
-});
+start().catch((error) => showFailure(error, 'model'));
